@@ -1,0 +1,1 @@
+# Install and find_package(majak): filled together with the package configuration.
