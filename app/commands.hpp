@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The subcommands. Each adds itself to the command line and runs from CLI11's callback.
+// The subcommands, one file each: add_<name>() describes the command line and sets a callback that
+// runs it. A callback throws majak::Error for what the user can mend; main() prints it.
 #pragma once
 
 namespace CLI {
@@ -8,6 +9,7 @@ class App;
 
 namespace majak::app {
 
+/// All subcommands, in the order of --help.
 void add_commands(CLI::App& app);
 
 }  // namespace majak::app
