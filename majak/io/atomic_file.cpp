@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/io/atomic_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include "majak/core/error.hpp"
+
+namespace majak::io {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kBufferSize = 1 << 16;
+constexpr int kMaxNames = 100;
+
+[[noreturn]] void throw_error(const fs::path& path, const char* doing, int code) {
+  throw Error(fmt::format("{}: cannot {}: {}", path.string(), doing,
+                          std::error_code(code, std::generic_category()).message()));
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)), target_(path_) {
+  std::error_code code;
+  if (fs::is_symlink(path_, code)) {
+    target_ = fs::weakly_canonical(path_, code);
+    if (code) throw_error(path_, "follow the link", code.value());
+  }
+  const fs::file_status status = fs::status(target_, code);
+  if (fs::is_directory(status)) throw_error(path_, "write", EISDIR);
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    // Renaming onto a device or a pipe would replace it.
+    descriptor_ = ::open(target_.c_str(), O_WRONLY | O_CLOEXEC);
+    if (descriptor_ < 0) throw_error(path_, "open", errno);
+    return;
+  }
+  // The name is ours alone: two writers of one path do not mix, the later rename wins.
+  for (int i = 0; i < kMaxNames; ++i) {
+    temporary_ = target_;
+    temporary_ += fmt::format(".partial-{}-{}", ::getpid(), i);
+    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor_ >= 0) return;
+    if (errno != EEXIST) break;
+  }
+  const int cause = errno;
+  temporary_.clear();
+  throw_error(path_, "write", cause);
+}
+
+AtomicFile::~AtomicFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+void AtomicFile::write(std::string_view bytes) {
+  buffer_.append(bytes);
+  if (buffer_.size() >= kBufferSize) flush();
+}
+
+void AtomicFile::commit() {
+  flush();
+  close_file();
+  if (temporary_.empty()) return;
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail("rename the finished file");
+  temporary_.clear();
+  // The new name itself should outlive a power cut; not every file system can promise that.
+  const fs::path folder = target_.has_parent_path() ? target_.parent_path() : fs::path(".");
+  const int directory = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (directory >= 0) {
+    ::fsync(directory);
+    ::close(directory);
+  }
+}
+
+void AtomicFile::flush() {
+  std::string_view rest = buffer_;
+  while (!rest.empty()) {
+    const ssize_t written = ::write(descriptor_, rest.data(), rest.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail("write");
+    rest.remove_prefix(static_cast<std::size_t>(written));
+  }
+  buffer_.clear();
+}
+
+void AtomicFile::close_file() {
+  // Pipes and terminals have nothing to sync and say EINVAL.
+  if (!temporary_.empty() && ::fsync(descriptor_) != 0) fail("flush to the disk");
+  if (::close(std::exchange(descriptor_, -1)) != 0) fail("close");
+}
+
+void AtomicFile::fail(const char* doing) const { throw_error(path_, doing, errno); }
+
+void write_file_atomically(const fs::path& path, std::string_view bytes) {
+  AtomicFile file(path);
+  file.write(bytes);
+  file.commit();
+}
+
+}  // namespace majak::io
