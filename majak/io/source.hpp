@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Source: where events come from, one at a time and in the order of the file. Memory is bounded by
+// one record (plus a short look ahead); what was skipped or mended is counted in the report.
+//
+//   auto log = io::open_log("intel.clf.bz2");
+//   while (auto event = log->next()) use(*event);
+//   print(log->report());
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "majak/core/event.hpp"
+#include "majak/core/report.hpp"
+
+namespace majak::io {
+
+class Source {
+ public:
+  virtual ~Source();
+  /// The next event, or nothing at the end. Throws majak::Error when the medium fails.
+  virtual std::optional<Event> next() = 0;
+  /// What was noticed so far; complete after next() has returned nothing.
+  virtual const Report& report() const = 0;
+  /// What it is, for people: "CARMEN log, bzip2", "Victoria Park folder".
+  virtual const std::string& format() const = 0;
+};
+
+/// Opens a log; its format is found by what is inside, never by its name: a CARMEN log (plain, gzip
+/// or bzip2) or a Victoria Park folder. Throws majak::Error, one line that names the file, when it
+/// cannot be read or is none of these.
+std::unique_ptr<Source> open_log(const std::filesystem::path& path);
+
+}  // namespace majak::io
