@@ -2,6 +2,7 @@
 // Lines of blank-separated numbers, shared by the readers of this layer.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>

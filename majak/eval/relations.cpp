@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <istream>
+#include <limits>
 
 #include "majak/core/error.hpp"
 #include "majak/eval/fields.hpp"

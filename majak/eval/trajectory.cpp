@@ -2,8 +2,6 @@
 #include "majak/eval/trajectory.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <istream>

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/eval/consistency.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+
+#include "majak/core/random.hpp"
+
+namespace majak::eval {
+namespace {
+
+/// Slow twin: Simpson's rule over the density, with x = u^2 so that it is smooth at zero.
+double integrated_cdf(double x, double dof) {
+  const double log_norm = std::log(2.0) - dof / 2 * std::log(2.0) - std::lgamma(dof / 2);
+  const auto density = [&](double u) {
+    return u <= 0 ? (dof == 1 ? std::exp(log_norm) : 0.0)
+                  : std::exp(log_norm + (dof - 1) * std::log(u) - u * u / 2);
+  };
+  const int n = 20000;
+  const double step = std::sqrt(x) / n;
+  double sum = density(0) + density(std::sqrt(x));
+  for (int i = 1; i < n; ++i) sum += (i % 2 == 1 ? 4 : 2) * density(i * step);
+  return sum * step / 3;
+}
+
+TEST(ChiSquare, agrees_with_numeric_integration) {
+  for (const double dof : {1.0, 2.0, 3.0, 6.0, 30.0, 150.0, 900.0}) {
+    for (const double share : {0.1, 0.7, 0.95, 1.0, 1.1, 1.6}) {
+      const double x = share * dof;
+      EXPECT_NEAR(chi_square_cdf(x, dof), integrated_cdf(x, dof), 1e-10) << x << ' ' << dof;
+    }
+  }
+}
+
+TEST(ChiSquare, of_two_degrees_is_exponential) {
+  for (const double x : {1e-6, 0.1, 1.0, 5.0, 40.0}) {
+    EXPECT_NEAR(chi_square_cdf(x, 2), -std::expm1(-x / 2), 1e-14);
+  }
+  for (const double p : {1e-6, 0.025, 0.5, 0.975, 1 - 1e-9}) {
+    EXPECT_NEAR(chi_square_quantile(p, 2), -2 * std::log1p(-p), 1e-8 * (1 - 2 * std::log1p(-p)));
+  }
+}
+
+TEST(ChiSquare, quantile_inverts_the_distribution) {
+  for (const double dof : {1.0, 3.0, 50.0, 150.0, 30000.0}) {
+    for (const double p : {0.001, 0.025, 0.5, 0.975, 0.999}) {
+      EXPECT_NEAR(chi_square_cdf(chi_square_quantile(p, dof), dof), p, 1e-11) << dof << ' ' << p;
+    }
+  }
+}
+
+TEST(ChiSquare, has_the_values_of_the_printed_tables) {
+  EXPECT_NEAR(chi_square_quantile(0.95, 3), 7.815, 5e-4);
+  EXPECT_NEAR(chi_square_quantile(0.975, 3), 9.348, 5e-4);
+  EXPECT_NEAR(chi_square_quantile(0.025, 3), 0.216, 5e-4);
+  EXPECT_NEAR(chi_square_quantile(0.95, 1), 3.841, 5e-4);
+  EXPECT_NEAR(chi_square_quantile(0.975, 100), 129.561, 5e-4);
+}
+
+Mat3 some_covariance() {
+  Mat3 root;
+  root << 0.3, 0, 0, 0.1, 0.2, 0, 0.02, -0.01, 0.05;
+  return root * root.transpose();
+}
+
+TEST(Nees, of_a_known_error) {
+  Mat3 covariance = Mat3::Zero();
+  covariance.diagonal() << 0.04, 0.01, 0.0025;
+  const auto value = nees({1.2, 2.1, kPi - 0.01}, covariance, {1.0, 2.0, -kPi + 0.04});
+  ASSERT_TRUE(value);
+  EXPECT_NEAR(*value, 1 + 1 + 1, 1e-9);  // each by one sigma, the angle across the seam
+}
+
+TEST(Nees, refuses_a_covariance_that_is_none) {
+  EXPECT_FALSE(nees({}, Mat3::Zero(), {}));
+  EXPECT_FALSE(nees({}, -Mat3::Identity(), {}));
+  EXPECT_FALSE(nees({}, Mat3::Constant(std::nan("")), {}));
+}
+
+TEST(Nees, of_honest_errors_stands_in_the_band_and_of_others_does_not) {
+  const Mat3 covariance = some_covariance();
+  const Mat3 root = covariance.llt().matrixL();
+  RandomStream random(11);
+  std::vector<double> honest, timid, bold;
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 e = root * Vec3(random.normal(), random.normal(), random.normal());
+    const Pose2 truth{3, 4, 1};
+    const Pose2 estimate{3 + e.x(), 4 + e.y(), 1 + e.z()};
+    honest.push_back(*nees(estimate, covariance, truth));
+    timid.push_back(*nees(estimate, 2 * covariance, truth));
+    bold.push_back(*nees(estimate, 0.5 * covariance, truth));
+  }
+  const auto h = summarize_nees(honest);
+  EXPECT_TRUE(h.inside_band()) << h.mean;
+  EXPECT_NEAR(h.inside_share, 0.95, 0.015);
+  EXPECT_LT(summarize_nees(timid).mean, summarize_nees(timid).band_low);
+  EXPECT_GT(summarize_nees(bold).mean, summarize_nees(bold).band_high);
+  EXPECT_FALSE(summarize_nees({}).inside_band());
+}
+
+TEST(NeesOfRun, moves_the_truth_to_the_first_pose_of_the_map) {
+  std::vector<Estimate> estimates(3);
+  Trajectory truth;
+  const Pose2 T_world_map{10, 20, 2};
+  for (int i = 0; i < 3; ++i) {
+    const Pose2 true_pose{1.0 * i, 0, 0};
+    Estimate& estimate = estimates[static_cast<std::size_t>(i)];
+    estimate.time = i * kSecond;
+    estimate.T_map_robot = true_pose;
+    estimate.covariance.setIdentity();
+    truth.push_back({i * kSecond, T_world_map * true_pose});
+  }
+  estimates[0].covariance.setZero();  // the pose that fixes the map
+  estimates[2].T_map_robot.y += 2;
+  const auto samples = nees_of_run(estimates, truth);
+  ASSERT_EQ(samples.size(), 2u);
+  EXPECT_NEAR(samples[0], 0, 1e-12);
+  EXPECT_NEAR(samples[1], 4, 1e-9);
+}
+
+}  // namespace
+}  // namespace majak::eval
