@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// Occupancy grid: log-odds of "something is here" per square cell (Moravec and Elfes 1985; Thrun,
+// Burgard, Fox 2005, ch. 9), in sparse tiles, so that memory follows the explored area.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "majak/core/options.hpp"
+#include "majak/core/parallel.hpp"
+#include "majak/core/site.hpp"
+
+namespace majak::map {
+
+struct OccupancyGridOptions {
+  double resolution = 0.05;        ///< m, side of a cell
+  double max_range = 30.0;         ///< m, beams are drawn so far; a return beyond is no hit
+  double no_return_range = 0.0;    ///< m, a beam without return clears so far
+  double log_odds_hit = 1.1;       ///< added to the cell a beam ends in
+  double log_odds_miss = 0.4;      ///< taken from the cells a beam crosses
+  double log_odds_limit = 6.0;     ///< log-odds stay within +- this
+  double scan_spacing = 0.15;      ///< m, a scan nearer than this to the last drawn one and
+  double scan_turn = 0.15;         ///< rad, turned less than this against it is not drawn
+};
+
+inline void describe(OptionFields& fields, OccupancyGridOptions& o) {
+  fields.add("grid.resolution", o.resolution, {"m", "side of a cell", 0.005, 10});
+  fields.add("grid.max_range", o.max_range, {"m", "beams are drawn so far", 0.1, 1000});
+  fields.add("grid.no_return_range", o.no_return_range,
+             {"m", "a beam without return clears so far; 0: nothing", 0, 1000});
+  fields.add("grid.log_odds_hit", o.log_odds_hit, {"1", "added where a beam ends", 0.01, 10});
+  fields.add("grid.log_odds_miss", o.log_odds_miss, {"1", "taken where a beam passes", 0.01, 10});
+  fields.add("grid.log_odds_limit", o.log_odds_limit, {"1", "log-odds stay within +- this", 0.1, 20});
+  fields.add("grid.scan_spacing", o.scan_spacing,
+             {"m", "a scan nearer to the last drawn one is left out unless it turned", 0, 100});
+  fields.add("grid.scan_turn", o.scan_turn,
+             {"rad", "a scan turned less against the last drawn one is left out unless it moved", 0, 4});
+}
+
+/// Cells [x0, x0 + width) x [y0, y0 + height).
+struct CellBox {
+  int x0 = 0, y0 = 0, width = 0, height = 0;
+  bool operator==(const CellBox&) const = default;
+};
+
+/// Cell (ix, iy) covers [ix, ix + 1) x [iy, iy + 1) times the resolution, in the map frame.
+class OccupancyGrid {
+ public:
+  static constexpr int kTileBits = 6;
+  static constexpr int kTileSize = 1 << kTileBits;  ///< cells along a tile's side
+  static constexpr double kUnit = 1e-3;             ///< log-odds are stored as int16 in this unit
+  static constexpr std::int16_t kUnknown = INT16_MIN;
+
+  explicit OccupancyGrid(double resolution = 0.05) : resolution_(resolution) {}
+
+  double resolution() const { return resolution_; }
+  /// Tight around all known cells; empty when there are none. Costs a walk over the tiles.
+  CellBox bounds() const;
+  /// 0 where unknown.
+  float log_odds(int ix, int iy) const;
+  /// Has any beam told of this cell?
+  bool known(int ix, int iy) const { return stored(ix, iy) != kUnknown; }
+  /// Area of all known cells, m^2.
+  double known_area() const;
+  std::size_t bytes() const;
+  /// How many scans were drawn.
+  std::size_t scans_drawn() const { return scans_drawn_; }
+
+  /// |log_odds| < 32.
+  void set_log_odds(int ix, int iy, float log_odds);
+
+  /// Stored values of the row of cells (x0 ... x0 + width - 1, iy), for walks over whole pictures.
+  void copy_row(int x0, int iy, int width, std::int16_t* out) const;
+
+  /// The kTileSize x kTileSize stored values of a tile, row by row from low y; cell (ix, iy) is in
+  /// tile (ix >> kTileBits, iy >> kTileBits). Made when missing; valid until the next one is made.
+  std::int16_t* tile(int tx, int ty);
+  /// Null when missing.
+  const std::int16_t* find_tile(int tx, int ty) const;
+
+ private:
+  friend OccupancyGrid build_occupancy_grid(const Site&, const OccupancyGridOptions&, Threads);
+  struct Place {
+    int tx, ty;
+  };
+  std::int16_t stored(int ix, int iy) const;
+
+  double resolution_;
+  std::size_t scans_drawn_ = 0;
+  std::unordered_map<std::uint64_t, std::size_t> index_;  ///< tile -> its number
+  std::vector<Place> places_;                             ///< by number
+  std::vector<std::vector<std::int16_t>> tiles_;          ///< by number
+};
+
+/// Draws the scans of a site from their final poses. In one scan a cell changes once, and a beam
+/// that ends in it wins over beams that cross it. Beams of unknown range, scans that are lost and
+/// poses that are not finite draw nothing. The result does not depend on the number of threads.
+/// Throws Error when an option is out of its range.
+OccupancyGrid build_occupancy_grid(const Site& site, const OccupancyGridOptions& options = {},
+                                   Threads threads = {});
+
+}  // namespace majak::map
