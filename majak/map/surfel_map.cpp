@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/map/surfel_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace majak::map {
+
+SurfelMap::SurfelMap(const SurfelMapOptions& options)
+    : options_(options), inverse_cell_(static_cast<float>(1.0 / options.cell)) {}
+
+void SurfelMap::clear() {
+  tile_index_.clear();
+  cells_.clear();
+  surfels_.clear();
+  tiles_wide_ = tiles_high_ = 0;
+}
+
+std::size_t SurfelMap::bytes() const {
+  return tile_index_.capacity() * sizeof(std::int32_t) + cells_.capacity() * sizeof(Cell) +
+         surfels_.capacity() * sizeof(Surfel);
+}
+
+void SurfelMap::add(float x, float y, float nx, float ny) {
+  const std::uint32_t found = nearest(x, y);
+  const auto merge = static_cast<float>(options_.merge_radius);
+  if (found != kNone) {
+    Surfel& s = surfels_[found];
+    const float dx = x - s.x, dy = y - s.y;
+    // Both sides of a thin wall are two surfaces.
+    const bool same_side = s.nx * nx + s.ny * ny > 0.5F || (nx == 0 && ny == 0) || (s.nx == 0 && s.ny == 0);
+    if (dx * dx + dy * dy < merge * merge && same_side) {
+      const float gain = 1.0F / (s.count + 1.0F);
+      s.x += gain * dx;
+      s.y += gain * dy;
+      if (nx != 0 || ny != 0) {
+        const float mx = s.nx + gain * (nx - s.nx), my = s.ny + gain * (ny - s.ny);
+        const float norm = std::sqrt(mx * mx + my * my);
+        if (norm > 1e-6F) s.nx = mx / norm, s.ny = my / norm;
+      }
+      s.count = std::min(s.count + 1.0F, static_cast<float>(options_.max_count));
+      return;
+    }
+  }
+  surfels_.push_back({x, y, nx, ny, 1.0F});
+  stamp(static_cast<std::uint32_t>(surfels_.size() - 1));
+}
+
+void SurfelMap::stamp(std::uint32_t index) {
+  const Surfel& s = surfels_[index];
+  const auto cell = static_cast<float>(options_.cell), reach = static_cast<float>(options_.reach);
+  const int x0 = cell_of(s.x - reach), x1 = cell_of(s.x + reach);
+  const int y0 = cell_of(s.y - reach), y1 = cell_of(s.y + reach);
+  const float reach2 = reach * reach;
+  for (int ty = y0 >> kTileBits; ty <= y1 >> kTileBits; ++ty) {
+    for (int tx = x0 >> kTileBits; tx <= x1 >> kTileBits; ++tx) {
+      Cell* tile = tile_cells(tx, ty);
+      const int bx = tx * kTileSize, by = ty * kTileSize;
+      for (int iy = std::max(y0, by); iy <= std::min(y1, by + kTileSize - 1); ++iy) {
+        const float dy = (static_cast<float>(iy) + 0.5F) * cell - s.y;
+        for (int ix = std::max(x0, bx); ix <= std::min(x1, bx + kTileSize - 1); ++ix) {
+          const float dx = (static_cast<float>(ix) + 0.5F) * cell - s.x;
+          const float d2 = dx * dx + dy * dy;
+          Cell& c = tile[in_tile(ix, iy)];
+          if (d2 < c.distance2 && d2 <= reach2) c = {index, d2};
+        }
+      }
+    }
+  }
+}
+
+SurfelMap::Cell* SurfelMap::tile_cells(int tile_x, int tile_y) {
+  if (static_cast<unsigned>(tile_x - tile_x0_) >= tiles_wide_ || static_cast<unsigned>(tile_y - tile_y0_) >= tiles_high_)
+    grow(tile_x, tile_y);
+  std::int32_t& tile = tile_index_[static_cast<std::size_t>(tile_y - tile_y0_) * tiles_wide_ + static_cast<std::size_t>(tile_x - tile_x0_)];
+  if (tile < 0) {
+    tile = static_cast<std::int32_t>(cells_.size() >> (2 * kTileBits));
+    cells_.resize(cells_.size() + (std::size_t{1} << (2 * kTileBits)));
+  }
+  return &cells_[static_cast<std::size_t>(tile) << (2 * kTileBits)];
+}
+
+// The index of tiles is a dense rectangle that grows by half on the side where it must.
+void SurfelMap::grow(int tile_x, int tile_y) {
+  int x0 = tile_x0_, y0 = tile_y0_;
+  int x1 = x0 + static_cast<int>(tiles_wide_), y1 = y0 + static_cast<int>(tiles_high_);
+  if (tiles_wide_ == 0) {
+    x0 = tile_x - 4, y0 = tile_y - 4, x1 = tile_x + 5, y1 = tile_y + 5;
+  } else {
+    const int margin_x = 4 + (x1 - x0) / 2, margin_y = 4 + (y1 - y0) / 2;
+    if (tile_x < x0) x0 = tile_x - margin_x;
+    if (tile_x >= x1) x1 = tile_x + margin_x;
+    if (tile_y < y0) y0 = tile_y - margin_y;
+    if (tile_y >= y1) y1 = tile_y + margin_y;
+  }
+  std::vector<std::int32_t> index(static_cast<std::size_t>(x1 - x0) * static_cast<std::size_t>(y1 - y0), -1);
+  for (unsigned row = 0; row < tiles_high_; ++row)
+    for (unsigned col = 0; col < tiles_wide_; ++col)
+      index[static_cast<std::size_t>(static_cast<int>(row) + tile_y0_ - y0) * static_cast<std::size_t>(x1 - x0) +
+            static_cast<std::size_t>(static_cast<int>(col) + tile_x0_ - x0)] = tile_index_[row * tiles_wide_ + col];
+  tile_index_ = std::move(index);
+  tile_x0_ = x0, tile_y0_ = y0;
+  tiles_wide_ = static_cast<unsigned>(x1 - x0), tiles_high_ = static_cast<unsigned>(y1 - y0);
+}
+
+}  // namespace majak::map

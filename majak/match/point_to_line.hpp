@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scan matching by point-to-line least squares against a surfel map (Censi 2008 has the metric; the
+// nearest surfel comes from the map's grid instead of a search).
+#pragma once
+
+#include "majak/core/pose2.hpp"
+#include "majak/map/surfel_map.hpp"
+#include "majak/match/scan_points.hpp"
+
+namespace majak::match {
+
+struct AlignOptions {
+  int max_iterations = 12;
+  double gate = 0.30;         ///< m, pairs farther apart do not count, first iteration
+  double final_gate = 0.10;   ///< m, the same once the pose has settled
+  double sigma = 0.02;        ///< m, of a return off its surface
+  double cauchy = 0.04;       ///< m, residual at which a pair counts half
+  double tolerance = 2e-4;    ///< m (and rad times 5 m), a smaller step ends the iteration
+};
+
+/// What is known before the scan: a pose and its information in the map's axes.
+struct PosePrior {
+  Pose2 T_map_robot;
+  Mat3 information = Mat3::Zero();
+};
+
+struct Match {
+  Pose2 T_map_robot;
+  Mat3 information = Mat3::Zero();  ///< of the pairs alone, without the prior, axes of the map at the robot
+  double rms = 0;                   ///< m, of the inliers
+  double score = 0;                 ///< share of the points that lie on the map within final_gate
+  int inliers = 0;
+  int iterations = 0;
+  bool converged = false;
+};
+
+/// Least-squares pose of `points` on `map`, started at prior.T_map_robot and held by its information
+/// where the pairs say nothing.
+Match align(const ScanPoints& points, const map::SurfelMap& map, const PosePrior& prior, const AlignOptions& options);
+
+}  // namespace majak::match

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// The returns of a scan as points with surface normals: what every matcher works on.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "majak/core/event.hpp"
+#include "majak/map/surfel_map.hpp"
+
+namespace majak::match {
+
+/// Points in the robot's frame (m), one array a coordinate so that loops vectorise. A point whose
+/// neighbours do not form a line (a leg, a leaf) has the normal (0, 0).
+struct ScanPoints {
+  std::vector<float> x, y;
+  std::vector<float> nx, ny;
+
+  std::size_t size() const { return x.size(); }
+};
+
+struct ScanPointsOptions {
+  double max_range = 60.0;      ///< m, longer returns are not matched
+  double min_range = 0.05;      ///< m, shorter ones are the robot itself
+  double normal_window = 0.25;  ///< m, neighbours this near on both sides make the normal
+  double max_flatness = 0.35;   ///< rms off the line over rms along it, above which it is no line
+};
+
+/// Returns of `scan` as points. `with_normals` costs a line fit a point.
+ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool with_normals);
+
+/// Merges points with normals into `map`, seen from T_map_robot.
+void add_to(map::SurfelMap& map, const ScanPoints& points, const Pose2& T_map_robot);
+
+}  // namespace majak::match

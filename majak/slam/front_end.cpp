@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/slam/front_end.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "majak/match/correlative.hpp"
+
+namespace majak::slam {
+
+FrontEnd::FrontEnd(const FrontEndOptions& options) : options_(options), active_(options.map), next_(options.map) {}
+
+FrontEndStep FrontEnd::add(const Scan& scan, const std::optional<MotionPrior>& motion) {
+  FrontEndStep step;
+  const auto points = match::scan_points(scan, options_.points, false);
+  const Pose2 previous = pose_;
+  if (started_ && points.size() >= 10) {
+    const MotionPrior prior = motion ? *motion : MotionPrior{constant_velocity(scan.time), 0.10, 0.10};
+    step.match = track(points, prior);
+    for (const double factor : {1.0, 3.0}) {
+      if (step.match.score >= options_.trusted_score) break;
+      step.match = search_window(points, step.match, prior, factor);
+      step.searched = true;
+    }
+    pose_ = step.match.T_map_robot;
+  } else if (motion) {
+    pose_ = pose_ * motion->T_previous_robot;
+  }
+  motion_ = between(previous, pose_);
+  motion_time_ = scan.time - last_time_;
+  last_time_ = scan.time;
+  step.T_map_robot = pose_;
+
+  const Pose2 since_key = between(last_key_, pose_);
+  step.key = !started_ || std::hypot(since_key.x, since_key.y) > options_.key_distance ||
+             std::abs(since_key.theta) > options_.key_turn;
+  if (step.key && points.size() >= 10) {
+    insert(scan, pose_);
+    last_key_ = pose_;
+    started_ = true;
+  }
+  return step;
+}
+
+// The last motion again, as long as the time took; stamps that come in bursts tell no velocity.
+Pose2 FrontEnd::constant_velocity(Time now) const {
+  const double ratio = motion_time_ > 0 ? static_cast<double>(now - last_time_) / static_cast<double>(motion_time_) : 0;
+  return ratio > 0.3 && ratio < 3.0 ? exp(ratio * log(motion_)) : motion_;
+}
+
+match::Match FrontEnd::track(const match::ScanPoints& points, const MotionPrior& motion) {
+  match::PosePrior prior;
+  prior.T_map_robot = pose_ * motion.T_previous_robot;
+  const double t = 1.0 / (motion.sigma_translation * motion.sigma_translation);
+  const double r = 1.0 / (motion.sigma_rotation * motion.sigma_rotation);
+  prior.information.diagonal() << t, t, r;
+  return match::align(points, active_, prior, options_.align);
+}
+
+match::Match FrontEnd::search_window(const match::ScanPoints& points, const match::Match& tracked,
+                                     const MotionPrior& motion, double factor) {
+  const match::LikelihoodPyramid pyramid(active_, {});
+  const match::SearchWindow window{factor * options_.search_translation, factor * options_.search_rotation};
+  const auto found = match::search(points, pyramid, pose_ * motion.T_previous_robot, window, tracked.score * 0.5);
+  if (!found) return tracked;
+  match::PosePrior prior;
+  prior.T_map_robot = found->T_map_robot;
+  prior.information.diagonal() << 100, 100, 100;
+  const match::Match refined = match::align(points, active_, prior, options_.align);
+  return refined.score > tracked.score + 0.05 ? refined : tracked;
+}
+
+void FrontEnd::insert(const Scan& scan, const Pose2& pose) {
+  const auto points = match::scan_points(scan, options_.points, true);
+  match::add_to(active_, points, pose);
+  if (++active_keys_ <= options_.local_map_keys) return;
+  match::add_to(next_, points, pose);
+  if (++next_keys_ < options_.local_map_keys) return;
+  std::swap(active_, next_);
+  active_keys_ = next_keys_;
+  next_.clear();
+  next_keys_ = 0;
+}
+
+}  // namespace majak::slam

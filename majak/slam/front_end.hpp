@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// The front end of graph SLAM: every scan against a local map of recent key scans. Gives a smooth
+// trajectory that drifts, and the chain of key scans that the graph is made of.
+#pragma once
+
+#include <optional>
+
+#include "majak/core/event.hpp"
+#include "majak/map/surfel_map.hpp"
+#include "majak/match/point_to_line.hpp"
+#include "majak/match/scan_points.hpp"
+
+namespace majak::slam {
+
+struct FrontEndOptions {
+  double key_distance = 0.25;   ///< m, a new key scan after this way ...
+  double key_turn = 0.17;       ///< rad, ... or this turn
+  int local_map_keys = 20;      ///< a local map holds this many to twice as many key scans
+  double trusted_score = 0.6;   ///< share of matched points below which the window is searched
+  double search_translation = 0.6;  ///< m, half width of that search without odometry
+  double search_rotation = 0.5;     ///< rad
+  match::ScanPointsOptions points;
+  match::AlignOptions align;
+  map::SurfelMapOptions map;
+};
+
+/// Uncertainty of a predicted motion, as the share of the way and a floor.
+struct MotionPrior {
+  Pose2 T_previous_robot;
+  double sigma_translation = 0.1;  ///< m
+  double sigma_rotation = 0.1;     ///< rad
+};
+
+struct FrontEndStep {
+  Pose2 T_map_robot;
+  match::Match match;
+  bool key = false;
+  bool searched = false;  ///< the prediction was no use, the window was searched
+};
+
+class FrontEnd {
+ public:
+  explicit FrontEnd(const FrontEndOptions& options);
+
+  /// The next scan; `motion` since the scan before it, or constant velocity without one.
+  FrontEndStep add(const Scan& scan, const std::optional<MotionPrior>& motion);
+
+ private:
+  Pose2 constant_velocity(Time now) const;
+  match::Match track(const match::ScanPoints& points, const MotionPrior& motion);
+  match::Match search_window(const match::ScanPoints& points, const match::Match& tracked, const MotionPrior& motion,
+                             double factor);
+  void insert(const Scan& scan, const Pose2& pose);
+
+  FrontEndOptions options_;
+  map::SurfelMap active_, next_;  // Scans are matched to `active_`; `next_` takes over when it is old.
+  int active_keys_ = 0, next_keys_ = 0;
+  Pose2 pose_, last_key_;
+  Pose2 motion_;               // between the last two scans
+  Duration motion_time_ = 0;
+  Time last_time_ = 0;
+  bool started_ = false;
+};
+
+}  // namespace majak::slam
