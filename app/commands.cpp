@@ -3,8 +3,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/evaluate.hpp"
+
 namespace majak::app {
 
-void add_commands(CLI::App&) {}
+void add_commands(CLI::App& app) { add_evaluate(app); }
 
 }  // namespace majak::app
