@@ -1,14 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/io/source.hpp"
 
+#include <string>
+#include <utility>
+
 #include "majak/core/error.hpp"
+#include "majak/io/byte_stream.hpp"
+#include "majak/io/carmen_reader.hpp"
 
 namespace majak::io {
 
 Source::~Source() = default;
 
+namespace {
+
+constexpr std::size_t kHead = std::size_t{1} << 16;  // bytes in which a log must show what it is
+
+std::string read_head(ByteStream& bytes) {
+  std::string head(kHead, '\0');
+  std::size_t have = 0;
+  while (have < head.size()) {
+    const std::size_t n = bytes.read(head.data() + have, head.size() - have);
+    if (n == 0) break;
+    have += n;
+  }
+  head.resize(have);
+  return head;
+}
+
+[[noreturn]] void refuse(const std::string& name, const std::string& head, Packing packing) {
+  if (head.empty() && packing == Packing::none) throw Error(name + ": the file is empty");
+  if (head.empty()) throw Error(name + ": nothing could be unpacked; the file is damaged or cut off");
+  if (head.starts_with("#ROSBAG")) throw Error(name + ": a ROS bag; convert it to a CARMEN log first");
+  throw Error(name +
+              ": no log that majak knows; looked for the messages of a CARMEN log (FLASER, ROBOTLASER1, "
+              "RAWLASER1, ODOM, PARAM ...), plain, gzip or bzip2");
+}
+
+}  // namespace
+
 std::unique_ptr<Source> open_log(const std::filesystem::path& path) {
-  throw Error(path.string() + ": not a log that can be read");
+  auto [bytes, packing] = open_bytes(path);
+  std::string head = read_head(*bytes);
+  if (!looks_like_carmen(head)) refuse(path.string(), head, packing);
+  return std::make_unique<CarmenReader>(prepend(std::move(head), std::move(bytes)),
+                                        std::string("CARMEN log") + packing_suffix(packing));
 }
 
 }  // namespace majak::io

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/io/no_return.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace majak::io {
+
+namespace {
+
+constexpr std::size_t kBins = 10001;       // 0 ... 100 m in centimetres
+constexpr double kApart = 0.2;             // m between scans that count
+constexpr std::uint32_t kLeastBeams = 40;  // a spike of fewer proves nothing
+constexpr std::uint32_t kLeastScans = 10;
+constexpr int kDecideEvery = 5;
+
+/// A tenth of the beams moved by more than 5 cm.
+bool looks_different(const std::vector<float>& a, const std::vector<float>& b) {
+  if (a.size() != b.size()) return true;
+  std::size_t moved = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) moved += std::abs(a[i] - b[i]) > 0.05f ? 1 : 0;
+  return moved * 10 > a.size();
+}
+
+}  // namespace
+
+bool SaturationFinder::is_news(const Scan& scan) {
+  if (scan.T_odom_robot) {
+    const Pose2& now = *scan.T_odom_robot;
+    if (T_odom_last_ &&
+        !(std::hypot(now.x - T_odom_last_->x, now.y - T_odom_last_->y) >= kApart)) {
+      return false;
+    }
+    T_odom_last_ = now;
+    has_odometry_ = true;
+    return true;
+  }
+  if (!last_ranges_.empty() && !looks_different(scan.ranges, last_ranges_)) return false;
+  last_ranges_ = scan.ranges;
+  return true;
+}
+
+void SaturationFinder::add(const Scan& scan) {
+  if (code_ || !is_news(scan)) return;
+  if (beams_.empty()) {
+    beams_.assign(kBins, 0);
+    in_scans_.assign(kBins, 0);
+    seen_in_.assign(kBins, 0);
+  }
+  ++scans_;
+  const auto number = static_cast<std::uint32_t>(scans_);
+  for (const float range : scan.ranges) {
+    if (!(range > 0.0f && range < 100.0f && range < scan.max_range)) continue;
+    const auto bin = static_cast<std::size_t>(range * 100.0f + 0.5f);
+    ++beams_[bin];
+    if (seen_in_[bin] != number) {
+      seen_in_[bin] = number;
+      ++in_scans_[bin];
+    }
+  }
+  if (scans_ % kDecideEvery == 0) decide();
+}
+
+/// From the top down: the first centimetre with enough beams is the code or there is none.
+void SaturationFinder::decide() {
+  std::uint32_t above = 0;
+  const std::uint32_t least_scans = has_odometry_ ? kLeastScans : 5 * kLeastScans;
+  for (std::size_t bin = kBins - 1; bin > 10; --bin) {
+    const std::uint32_t count = beams_[bin];
+    if (count < kLeastBeams) {
+      above += count;
+      if (above > kLeastBeams) return;
+      continue;
+    }
+    if (in_scans_[bin] < least_scans || above * 50 > count) return;
+    const auto at = beams_.begin() + static_cast<std::ptrdiff_t>(bin);
+    const auto beside = *std::max_element(at - 5, at);
+    const auto below = *std::max_element(beams_.begin() + static_cast<std::ptrdiff_t>(bin * 4 / 5), at);
+    if (beside * 20 <= count && below * 5 <= count) code_ = static_cast<float>(bin) / 100.0f;
+    return;
+  }
+}
+
+}  // namespace majak::io

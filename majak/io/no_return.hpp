@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// SaturationFinder: which value does this laser write when a beam comes back with nothing? Old logs
+// do not say, and it may be any number (81.83, 50.00, 8.19 ...). The finder looks for a value that
+//   - stands at the upper end: hardly any longer range occurs,
+//   - is a lone spike: the centimetres below it, and anything from 80 % of it on, are rare beside it,
+//   - stays the same while the robot drives: the scans that count are 0.2 m apart, or, without
+//     odometry, differ in many beams. A wall does not follow the robot.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "majak/core/event.hpp"
+
+namespace majak::io {
+
+class SaturationFinder {
+ public:
+  /// Looks at one scan of one laser; ranges at or above scan.max_range count as known no-returns.
+  void add(const Scan& scan);
+  /// The code in metres, once the evidence suffices.
+  std::optional<float> code() const { return code_; }
+  /// Scans that counted so far: the others were taken too near to one of them.
+  int evidence() const { return scans_; }
+
+ private:
+  bool is_news(const Scan& scan);
+  void decide();
+
+  std::vector<std::uint32_t> beams_;  ///< how often each centimetre was measured
+  std::vector<std::uint32_t> in_scans_;  ///< in how many scans that counted
+  std::vector<std::uint32_t> seen_in_;   ///< the last such scan
+  std::vector<float> last_ranges_;
+  std::optional<Pose2> T_odom_last_;
+  int scans_ = 0;
+  bool has_odometry_ = false;
+  std::optional<float> code_;
+};
+
+}  // namespace majak::io
