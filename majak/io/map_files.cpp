@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/io/map_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "majak/io/atomic_file.hpp"
+
+namespace majak::io {
+
+namespace {
+
+using map::OccupancyGrid;
+
+constexpr int kMargin = 8;  ///< cells of unknown ground around the map
+constexpr std::uint8_t kUnknownValue = 205, kFreeValue = 254, kOccupiedValue = 0;
+constexpr double kOccupiedThreshold = 0.65;  ///< probability
+constexpr double kFreeThreshold = 0.196;     ///< just below what 205 means
+constexpr double kSureOccupied = 2.5;        ///< log-odds that are shown fully black
+constexpr double kSureFree = -1.0;           ///< and fully white
+
+std::uint8_t shade(std::int16_t stored) {
+  if (stored == OccupancyGrid::kUnknown) return kUnknownValue;
+  const double log_odds = stored * OccupancyGrid::kUnit;
+  const double share = std::min(1.0, log_odds > 0 ? log_odds / kSureOccupied : log_odds / kSureFree);
+  const double goal = log_odds > 0 ? 0.0 : 255.0;
+  return static_cast<std::uint8_t>(std::lround(kUnknownValue + share * (goal - kUnknownValue)));
+}
+
+std::uint8_t trinary(std::int16_t stored) {
+  if (stored == OccupancyGrid::kUnknown) return kUnknownValue;
+  static const double occupied = std::log(kOccupiedThreshold / (1 - kOccupiedThreshold));
+  const double log_odds = stored * OccupancyGrid::kUnit;
+  return log_odds >= occupied ? kOccupiedValue : log_odds < 0 ? kFreeValue : kUnknownValue;
+}
+
+/// kUnknown is the least int16, so the maximum is "the most occupied known one".
+template <class ToValue>
+Image render(const OccupancyGrid& grid, const MapFrame& frame, ToValue to_value) {
+  std::vector<std::uint8_t> values(1U << 16);
+  for (int stored = INT16_MIN; stored <= INT16_MAX; ++stored) {
+    values[static_cast<std::uint16_t>(stored)] = to_value(static_cast<std::int16_t>(stored));
+  }
+  Image image(frame.width, frame.height, 1);
+  const int n = frame.cells_per_pixel;
+  std::vector<std::int16_t> cells(static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(n));
+  std::vector<std::int16_t> best(static_cast<std::size_t>(frame.width));
+  for (int y = 0; y < frame.height; ++y) {
+    std::fill(best.begin(), best.end(), OccupancyGrid::kUnknown);
+    for (int sub = 0; sub < n; ++sub) {
+      grid.copy_row(frame.box.x0, frame.box.y0 + y * n + sub, frame.width * n, cells.data());
+      for (std::size_t i = 0; i < cells.size(); ++i) {
+        std::int16_t& pixel = best[i / static_cast<std::size_t>(n)];
+        pixel = std::max(pixel, cells[i]);
+      }
+    }
+    std::transform(best.begin(), best.end(), image.row(frame.height - 1 - y),
+                   [&](std::int16_t v) { return values[static_cast<std::uint16_t>(v)]; });
+  }
+  return image;
+}
+
+}  // namespace
+
+MapFrame frame_of(const OccupancyGrid& grid, std::size_t max_pixels) {
+  const map::CellBox known = grid.bounds();
+  MapFrame frame;
+  frame.box = {known.x0 - kMargin, known.y0 - kMargin, known.width + 2 * kMargin, known.height + 2 * kMargin};
+  const auto pixels = [&](int n) {
+    return std::size_t(frame.box.width / n + 1) * std::size_t(frame.box.height / n + 1);
+  };
+  int n = 1;
+  while (pixels(n) > std::max<std::size_t>(max_pixels, 1) && n < std::max(frame.box.width, frame.box.height)) ++n;
+  frame.cells_per_pixel = n;
+  frame.width = (frame.box.width + n - 1) / n;
+  frame.height = (frame.box.height + n - 1) / n;
+  frame.pixel = grid.resolution() * n;
+  frame.x0 = frame.box.x0 * grid.resolution();
+  frame.y0 = frame.box.y0 * grid.resolution();
+  return frame;
+}
+
+Image shaded_map(const OccupancyGrid& grid, const MapFrame& frame) { return render(grid, frame, shade); }
+
+Image trinary_map(const OccupancyGrid& grid, const MapFrame& frame) { return render(grid, frame, trinary); }
+
+std::string pgm_text(const Image& image) {
+  std::string text = fmt::format("P5\n{} {}\n255\n", image.width, image.height);
+  text.append(reinterpret_cast<const char*>(image.pixels.data()), image.pixels.size());
+  return text;
+}
+
+std::string map_yaml(const MapFrame& frame, const std::string& image_name) {
+  // Ten significant digits: 0.05 * 3 prints as 0.15 and not with the dust of binary fractions.
+  return fmt::format(
+      "image: {}\nresolution: {:.10g}\norigin: [{:.10g}, {:.10g}, 0]\nnegate: 0\n"
+      "occupied_thresh: {}\nfree_thresh: {}\n",
+      image_name, frame.pixel, frame.x0, frame.y0, kOccupiedThreshold, kFreeThreshold);
+}
+
+void write_map_files(const std::filesystem::path& folder, const OccupancyGrid& grid) {
+  const MapFrame frame = frame_of(grid);
+  write_file_atomically(folder / "map.png", encode_png(shaded_map(grid, frame)));
+  write_file_atomically(folder / "map.pgm", pgm_text(trinary_map(grid, frame)));
+  write_file_atomically(folder / "map.yaml", map_yaml(frame, "map.pgm"));
+}
+
+}  // namespace majak::io

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/io/tum.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+
+namespace majak::io {
+
+namespace {
+
+constexpr std::uint64_t kMicrosecond = 1000;
+constexpr std::uint64_t kMicrosecondsPerSecond = 1'000'000;
+
+void append_stamp(std::string& text, Time time) {
+  const auto bits = static_cast<std::uint64_t>(time);
+  const std::uint64_t magnitude = time < 0 ? std::uint64_t{0} - bits : bits;  // also of the least int64
+  const std::uint64_t us = (magnitude + kMicrosecond / 2) / kMicrosecond;
+  const char* sign = time < 0 && us != 0 ? "-" : "";
+  fmt::format_to(std::back_inserter(text), "{}{}.{:06}", sign, us / kMicrosecondsPerSecond,
+                 us % kMicrosecondsPerSecond);
+}
+
+/// A value that would print as -0.000... is zero.
+double without_negative_zero(double value, double half_of_last_digit) {
+  return std::abs(value) <= half_of_last_digit ? 0.0 : value;
+}
+
+}  // namespace
+
+std::string format_stamp(Time time) {
+  std::string text;
+  append_stamp(text, time);
+  return text;
+}
+
+std::string tum_text(const Site& site) {
+  std::string text;
+  text.reserve(site.scans.size() * 80);
+  for (const PosedScan& posed : site.scans) {
+    const Pose2& pose = posed.estimate.T_map_robot;
+    const double theta = wrap_angle(pose.theta);
+    append_stamp(text, posed.scan.time);
+    fmt::format_to(std::back_inserter(text), " {:.6f} {:.6f} 0 0 0 {:.9f} {:.9f}\n",
+                   without_negative_zero(pose.x, 0.5e-6), without_negative_zero(pose.y, 0.5e-6),
+                   without_negative_zero(std::sin(theta / 2), 0.5e-9),
+                   without_negative_zero(std::cos(theta / 2), 0.5e-9));
+  }
+  return text;
+}
+
+}  // namespace majak::io
