@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/simulate.hpp"
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "majak/core/error.hpp"
+#include "majak/io/carmen_writer.hpp"
+#include "majak/io/options_file.hpp"
+#include "majak/sim/buildings.hpp"
+#include "majak/sim/plan.hpp"
+#include "majak/sim/simulator.hpp"
+#include "majak/sim/tour.hpp"
+
+namespace majak::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct SimulateOptions {
+  std::string world = "building";
+  std::string output;
+  double cell = 0;  // m, of a plan
+  double noise = 1;
+  std::vector<std::string> set;
+  bool json = false;
+  sim::TourOptions tour;
+  sim::SimulationOptions simulation;
+};
+
+const std::map<std::string, sim::DriveKind> kDrives = {
+    {"differential", sim::DriveKind::differential},
+    {"ackermann", sim::DriveKind::ackermann},
+    {"omnidirectional", sim::DriveKind::omnidirectional}};
+
+constexpr const char* kExamples =
+    "A robot with a SICK LMS-291 drives through a world. What comes out is an ordinary CARMEN log,\n"
+    "with the true poses in it (TRUEPOS). Equal options and seed give equal bytes.\n"
+    "\n"
+    "Examples:\n"
+    "  majak simulate                               a building, writes building.log\n"
+    "  majak simulate ring -o ring.log --seed 7     a corridor that closes on itself\n"
+    "  majak simulate plan.txt --drive ackermann    your own plan: '#' wall, '.' floor, '>' start\n"
+    "  majak simulate floor.png --cell 0.02         a picture, dark is wall, 2 cm a pixel\n"
+    "  majak simulate --lag 0.1 --wrong-direction   a log as bad as some old ones\n";
+
+sim::Scene find_scene(const SimulateOptions& o) {
+  const auto names = sim::built_in_names();
+  const bool known = std::find(names.begin(), names.end(), o.world) != names.end();
+  if (known || !fs::exists(o.world)) return sim::built_in(o.world);
+  return sim::read_plan(o.world, o.cell);
+}
+
+struct Summary {
+  std::int64_t scans = 0, odometry = 0, beams = 0, returns = 0;
+
+  void add(const Event& event) {
+    if (std::holds_alternative<Odometry>(event)) ++odometry;
+    const auto* scan = std::get_if<Scan>(&event);
+    if (scan == nullptr) return;
+    ++scans;
+    beams += static_cast<std::int64_t>(scan->ranges.size());
+    returns += std::count_if(scan->ranges.begin(), scan->ranges.end(),
+                             [](float range) { return std::isfinite(range); });
+  }
+};
+
+void print_summary(const SimulateOptions& o, const Summary& s, const sim::RobotRun& run) {
+  const sim::RobotState& last = run.states().back();
+  const Pose2 T_world_odom = run.states().front().T_world_robot;
+  const Pose2 end = T_world_odom * last.T_odom_robot;
+  const double error = (end.translation() - last.T_world_robot.translation()).norm();
+  const double turn = std::abs(angle_diff(end.theta, last.T_world_robot.theta));
+  const double seconds = to_seconds(run.duration());
+  const double no_return = s.beams > 0 ? 1 - static_cast<double>(s.returns) / static_cast<double>(s.beams) : 0;
+  if (o.json) {
+    const nlohmann::ordered_json json = {
+        {"log", o.output},          {"world", o.world},
+        {"seed", o.simulation.seed}, {"scans", s.scans},
+        {"beams", o.simulation.beams}, {"odometry_records", s.odometry},
+        {"path_m", run.path_length()}, {"duration_s", seconds},
+        {"no_return_share", no_return}, {"odometry_error_m", error},
+        {"odometry_error_deg", degrees(turn)}};
+    fmt::print("{}\n", json.dump(2));
+    return;
+  }
+  fmt::print("{}: {} scans of {} beams and {} odometry records; {:.1f} m in {:.0f} s\n", o.output,
+             s.scans, o.simulation.beams, s.odometry, run.path_length(), seconds);
+  fmt::print("  {:.1f} % of the beams without return; the odometry ends {:.2f} m and {:.1f} degrees off\n",
+             100 * no_return, error, degrees(turn));
+}
+
+void run_simulate(SimulateOptions& o) {
+  OptionFields fields;
+  sim::describe(fields, o.simulation);
+  for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
+  if (o.noise != 1) sim::scale_noise(o.simulation, o.noise);
+  const sim::World world(find_scene(o));
+  if (o.output.empty()) o.output = fs::path(o.world).stem().string() + ".log";
+  const sim::Path path = sim::plan_tour(world, o.tour);
+  sim::Simulator simulator(world, path, o.simulation);
+  io::CarmenWriter log(o.output, fmt::format("simulated by majak: world {}, seed {}",
+                                             fs::path(o.world).filename().string(), o.simulation.seed));
+  Summary summary;
+  while (const auto event = simulator.next()) {
+    summary.add(*event);
+    log.write(*event);
+  }
+  log.commit();
+  print_summary(o, summary, simulator.run());
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app) {
+  auto o = std::make_shared<SimulateOptions>();
+  CLI::App* command = app.add_subcommand("simulate", kExamples);
+  command->add_option("world", o->world, "building, ring, corridor, or a plan (text or PNG)")
+      ->capture_default_str();
+  command->add_option("-o,--output", o->output, "the log; default: the world's name with .log");
+  command->add_option("--seed", o->simulation.seed, "another number, another run")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command->add_option("--drive", o->simulation.robot.drive, "differential, ackermann or omnidirectional")
+      ->transform(CLI::CheckedTransformer(kDrives).description(""));
+  command->add_option("--beams", o->simulation.beams, "of a scan: 181, 361, 101, 201 or 401")
+      ->check(CLI::IsMember({181, 361, 101, 201, 401}).description(""))
+      ->capture_default_str();
+  command->add_option("--laps", o->tour.laps, "how often the tour is driven")
+      ->check(CLI::Range(1, 1000).description(""))
+      ->capture_default_str();
+  command->add_flag("--short", o->tour.short_tour, "a tour of about 100 m");
+  command->add_option("--noise", o->noise, "times the usual noise of laser and wheels; 0 for none")
+      ->check(CLI::Range(0.0, 100.0).description(""))
+      ->capture_default_str();
+  command->add_option("--max-range", o->simulation.laser.max_range, "m; 8 is the millimetre mode")
+      ->check(CLI::Range(1.0, 80.0).description(""))
+      ->capture_default_str();
+  command->add_option("--cell", o->cell, "m a character (default 0.5) or pixel (default 0.05) of a plan")
+      ->check(CLI::PositiveNumber.description(""));
+  command->add_option("--people", o->simulation.people, "who walk along the same ways")
+      ->check(CLI::Range(0, 1000).description(""))
+      ->capture_default_str();
+  command->add_option("--lag", o->simulation.odometry_lag, "s, odometry behind the laser")
+      ->check(CLI::Range(-1.0, 1.0).description(""))
+      ->capture_default_str();
+  command->add_option("--bursts", o->simulation.stamp_bursts, "share of scans: stamps in bursts")
+      ->check(CLI::Range(0.0, 1.0).description(""))
+      ->capture_default_str();
+  command->add_flag("--wrong-direction", o->simulation.robot.wrong_direction,
+                    "odometry counts backing as a way ahead");
+  command->add_option("--set", o->set, "any other option: robot.slip=0.01, laser.no_return=0 ...");
+  command->add_flag("--json", o->json, "the summary for machines");
+  command->callback([o] { run_simulate(*o); });
+}
+
+}  // namespace majak::app

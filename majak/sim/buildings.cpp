@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/sim/buildings.hpp"
+
+#include <algorithm>
+
+#include "majak/core/error.hpp"
+
+namespace majak::sim {
+
+namespace {
+
+constexpr double kWall = 0.15;  // m, thickness
+constexpr double kDoor = 1.0;   // m, clear width
+
+/// Collects rectangles and discs; walls are rectangles, so that both their faces are real.
+struct Builder {
+  Scene scene;
+
+  void box(double x0, double y0, double x1, double y1, double reflectivity) {
+    const Vec2 p[4] = {{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}};
+    for (int i = 0; i < 4; ++i) scene.segments.push_back({p[i], p[(i + 1) % 4], reflectivity});
+  }
+
+  /// A box turned by `angle` about its centre: furniture is seldom square to the wall.
+  void furniture(const Vec2& centre, double length, double width, double angle) {
+    const Pose2 T_world_box{centre.x(), centre.y(), angle};
+    const double l = length / 2, w = width / 2;
+    const Vec2 p[4] = {{-l, -w}, {l, -w}, {l, w}, {-l, w}};
+    for (int i = 0; i < 4; ++i) {
+      scene.segments.push_back({T_world_box * p[i], T_world_box * p[(i + 1) % 4], 0.35});
+    }
+  }
+
+  void disc(double x, double y, double radius) { scene.discs.push_back({{x, y}, radius, 0.4}); }
+
+  /// A wall along y from x0 to x1, with doors whose centres are given.
+  void wall_x(double y, double x0, double x1, std::vector<double> doors = {}) {
+    double from = x0 - kWall / 2;
+    doors.push_back(x1 + kWall / 2 + kDoor / 2);
+    for (const double door : doors) {
+      box(from, y - kWall / 2, door - kDoor / 2, y + kWall / 2, 0.6);
+      from = door + kDoor / 2;
+    }
+  }
+
+  void wall_y(double x, double y0, double y1, std::vector<double> doors = {}) {
+    double from = y0 - kWall / 2;
+    doors.push_back(y1 + kWall / 2 + kDoor / 2);
+    for (const double door : doors) {
+      box(x - kWall / 2, from, x + kWall / 2, door - kDoor / 2, 0.6);
+      from = door + kDoor / 2;
+    }
+  }
+};
+
+//   25 +------+---------+-------+------+--------+---------+------+
+//      |  W3  .   N1    |  N2   | niche|   N3   |   N4    .  E3  |
+//   19 |      +---. .---+--. .--+      +--. .---+--. .----+      |
+//      +------.             north corridor                .------+
+//   17 |  W2  .  +---------------+    +-------+----.--+   .  E2  |
+//      +------+  |     hall      .mid .   A   .   B   .   +------+
+//    8 |  W1  .  +---------------+    +-------+-------+   .  E1  |
+//      |      .             south corridor                .      |
+//    6 |      +----. .-----+--. .--+--. .--+----. .-------+      |
+//      |      |     S1     |  S2   |  S3   |     S4       |      |
+//    0 +------+------------+-------+-------+--------------+------+
+//      0      5  7.2     11..     19  21  24      33    35.2    40
+void add_walls(Builder& b) {
+  b.wall_x(0, 0, 40);
+  b.wall_x(25, 0, 40);
+  b.wall_y(0, 0, 25);
+  b.wall_y(40, 0, 25);
+  // The corridors' outer side.
+  b.wall_x(6, 5, 35.2, {8.5, 14, 20.5, 29});
+  b.wall_x(19.2, 5, 18.5, {9.5, 15});
+  b.wall_x(19.2, 22.5, 35.2, {25.5, 31});
+  b.wall_y(5, 0, 25, {7.2, 11, 17.8});
+  b.wall_y(35.2, 0, 25, {7.1, 12.5, 18.1});
+  // Rooms outside.
+  b.wall_y(11, 0, 6);
+  b.wall_y(17, 0, 6, {3});
+  b.wall_y(24, 0, 6);
+  b.wall_y(12, 19.2, 25);
+  b.wall_y(18.5, 19.2, 25);
+  b.wall_y(22.5, 19.2, 25);
+  b.wall_y(29, 19.2, 25, {22});
+  b.wall_x(9, 0, 5);
+  b.wall_x(14, 0, 5);
+  b.wall_x(9.5, 35.2, 40);
+  b.wall_x(15.5, 35.2, 40);
+  // Rooms inside.
+  b.wall_x(8.2, 7.2, 19);
+  b.wall_x(17, 7.2, 19);
+  b.wall_y(7.2, 8.2, 17, {13});
+  b.wall_y(19, 8.2, 17, {11});
+  b.wall_x(8.2, 21, 33);
+  b.wall_x(17, 21, 33, {30});
+  b.wall_y(21, 8.2, 17, {14});
+  b.wall_y(33, 8.2, 17, {11.5});
+  b.wall_y(27, 8.2, 17, {12.5});
+}
+
+void add_furniture(Builder& b) {
+  // Hall: pillars and a few tables.
+  for (const double x : {10.2, 13.1, 16.0}) {
+    for (const double y : {10.6, 14.6}) b.disc(x, y, 0.2);
+  }
+  b.furniture({11.6, 16.2}, 1.6, 0.8, 0.0);
+  b.furniture({14.5, 9.1}, 1.8, 0.8, 0.05);
+  b.furniture({17.6, 16.1}, 1.4, 0.7, -0.2);
+  // Desks and shelves along the walls of the rooms.
+  b.furniture({6.2, 1.2}, 1.6, 0.8, kPi / 2);
+  b.furniture({10.3, 3.0}, 2.4, 0.5, kPi / 2);
+  b.furniture({12.0, 0.7}, 1.6, 0.8, 0.0);
+  b.furniture({15.6, 0.9}, 1.4, 0.7, 0.3);
+  b.furniture({22.9, 0.8}, 1.6, 0.8, 0.0);
+  b.furniture({26.0, 0.9}, 1.6, 0.8, -0.1);
+  b.furniture({33.8, 2.2}, 3.0, 0.5, kPi / 2);
+  b.furniture({30.5, 0.7}, 2.0, 0.6, 0.0);
+  b.furniture({1.0, 2.0}, 2.2, 0.9, kPi / 2);
+  b.furniture({3.4, 0.6}, 1.5, 0.6, 0.0);
+  b.furniture({0.7, 12.6}, 1.2, 0.6, kPi / 2);
+  b.furniture({1.2, 22.8}, 2.0, 1.0, 0.4);
+  b.furniture({3.6, 24.3}, 1.5, 0.6, 0.0);
+  b.furniture({6.1, 24.2}, 1.6, 0.8, 0.0);
+  b.furniture({11.2, 22.5}, 2.0, 0.5, kPi / 2);
+  b.furniture({14.0, 24.2}, 2.2, 0.7, 0.0);
+  b.furniture({23.4, 23.9}, 1.2, 0.8, 0.7);
+  b.furniture({33.9, 23.6}, 1.6, 0.8, kPi / 2);
+  b.furniture({38.9, 23.2}, 2.0, 0.9, kPi / 2);
+  b.furniture({39.2, 13.8}, 1.4, 0.6, kPi / 2);
+  b.furniture({38.6, 1.2}, 1.8, 0.9, 0.2);
+  b.furniture({22.0, 16.2}, 1.2, 0.6, 0.0);
+  b.furniture({24.6, 9.0}, 2.0, 0.7, 0.0);
+  b.furniture({31.6, 15.8}, 1.8, 0.8, kPi / 2);
+  b.furniture({29.2, 9.2}, 1.4, 0.9, 0.5);
+  // Chairs and bins.
+  for (const Vec2& p : {Vec2{7.3, 1.4}, {12.2, 1.7}, {23.1, 1.8}, {25.8, 2.0}, {2.1, 1.9},
+                        {2.4, 21.9}, {7.0, 23.2}, {32.9, 23.4}, {37.8, 2.3}, {30.6, 15.4}}) {
+    b.disc(p.x(), p.y(), 0.22);
+  }
+  // The corridors are not quite empty: cabinets, bins, a radiator.
+  b.box(16.0, 6.075, 17.6, 6.425, 0.35);
+  b.box(24.5, 16.725, 25.7, 17.0, 0.5);
+  b.box(25.0, 7.85, 26.6, 8.125, 0.35);
+  b.disc(33.3, 8.0, 0.18);
+  b.disc(7.0, 17.2, 0.18);
+  b.disc(20.9, 18.9, 0.2);
+  b.box(5.075, 13.0, 5.35, 14.6, 0.5);
+  b.box(34.85, 14.0, 35.125, 15.2, 0.35);
+}
+
+}  // namespace
+
+Scene building() {
+  Builder b;
+  b.scene.name = "building";
+  add_walls(b);
+  add_furniture(b);
+  b.scene.start = {6.1, 7.2, 0};
+  const Vec2 sw{6.1, 7.1}, nw{6.1, 18.1}, ne{34.1, 18.1}, se{34.1, 7.1};
+  const Vec2 mid_south{20, 7.1}, mid_north{20, 18.1};
+  b.scene.tour = {
+      mid_south, mid_north, nw, sw,              // west loop
+      {8.5, 3}, {8.5, 7.1}, {14, 3}, {20.5, 3},  // S1, S2 through to S3
+      {20.5, 7.1}, se, ne, mid_north,            // east loop
+      {20.5, 21.5}, mid_north, {20, 14}, {24, 13}, {29.5, 13}, {34.1, 11.5},  // niche, A, B
+      {37.5, 12.5}, {34.1, 12.5}, se, {29, 7.1}, {29, 3}, {29, 7.1}, mid_south,  // E2, S4
+      {20, 11}, {14.5, 12.6}, {6.1, 13}, {2.6, 11}, {6.1, 11},                // hall, W2
+      nw, {9.5, 18.1}, {9.5, 21.5}, {9.5, 18.1}, {15, 18.1}, {15, 21.5}, {15, 18.1},  // N1, N2
+      {25.5, 18.1}, {25.5, 21.8}, {31, 22}, {31, 18.1}, {30, 13.5}, {34.1, 11.5},  // N3, N4, B
+      se, {37.5, 6}, se, mid_south, sw, {2.5, 5.5}, sw, {6.1, 13}};           // E1, W1
+  b.scene.short_tour = {mid_south, {20, 11}, {14.5, 12.6}, {6.1, 13},
+                        nw, mid_north, mid_south, sw, {6.1, 13}};
+  return b.scene;
+}
+
+Scene ring() {
+  Builder b;
+  b.scene.name = "ring";
+  b.wall_x(0, 0, 30.4);
+  b.wall_x(20.4, 0, 30.4);
+  b.wall_y(0, 0, 20.4);
+  b.wall_y(30.4, 0, 20.4);
+  b.box(2.2, 2.2, 28.2, 18.2, 0.6);
+  // Closed doors stand a hand's breadth proud of the wall, at uneven distances.
+  for (const double x : {4.0, 9.5, 12.0, 19.3, 25.1}) b.box(x, 0, x + 1, 0.15, 0.4);
+  for (const double x : {6.2, 13.0, 21.4}) b.box(x, 18.1, x + 1, 18.3, 0.4);
+  for (const double x : {3.1, 10.4, 17.7, 24.0}) b.box(x, 20.2, x + 1, 20.4, 0.4);
+  for (const double y : {5.0, 11.2, 14.1}) b.box(0, y, 0.17, y + 1, 0.4);
+  for (const double y : {4.1, 9.0}) b.box(30.22, y, 30.4, y + 1, 0.4);
+  b.disc(28.6, 18.9, 0.15);
+  b.disc(1.9, 2.0, 0.15);
+  b.scene.start = {15, 1.1, 0};
+  const Vec2 corners[4] = {{29.3, 1.1}, {29.3, 19.3}, {1.1, 19.3}, {1.1, 1.1}};
+  for (int lap = 0; lap < 2; ++lap) {
+    b.scene.tour.insert(b.scene.tour.end(), corners, corners + 4);
+    b.scene.tour.push_back({15, 1.1});
+  }
+  b.scene.tour.push_back(corners[0]);
+  b.scene.short_tour.assign(b.scene.tour.begin(), b.scene.tour.begin() + 5);
+  return b.scene;
+}
+
+Scene corridor() {
+  Builder b;
+  b.scene.name = "corridor";
+  b.wall_x(-1.2 - kWall / 2, 0, 60);
+  b.wall_x(1.2 + kWall / 2, 0, 60);
+  b.wall_y(0, -1.2, 1.2);
+  b.wall_y(60, -1.2, 1.2);
+  b.scene.start = {10, 0, 0};
+  b.scene.tour = {{50, 0}, {10, 0}};
+  b.scene.short_tour = {{50, 0}};
+  return b.scene;
+}
+
+std::vector<std::string> built_in_names() { return {"building", "ring", "corridor"}; }
+
+Scene built_in(const std::string& name) {
+  if (name == "building") return building();
+  if (name == "ring") return ring();
+  if (name == "corridor") return corridor();
+  throw Error(name + ": no such world: choose building, ring or corridor, or give a plan file");
+}
+
+}  // namespace majak::sim

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/sim/robot.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "majak/core/error.hpp"
+#include "majak/core/random.hpp"
+#include "majak/sim/pilot.hpp"
+#include "majak/sim/streams.hpp"
+
+namespace majak::sim {
+
+namespace {
+
+constexpr int kRestTicks = 50;   // at rest before and after, as logs are
+constexpr int kSpeedTicks = 12;  // a quarter of a second
+
+/// What the wheels report, tick by tick, and what the robot's computer makes of it.
+class WheelOdometry {
+ public:
+  WheelOdometry(const RobotOptions& options, std::uint64_t seed) : options_(options), seed_(seed) {
+    RandomStream run(seed, kWheelRun);
+    const double common = options.scale_sigma * run.normal();
+    const double exact[3] = {options.left_scale, options.right_scale, options.right_scale};
+    for (int i = 0; i < 3; ++i) {
+      scale_[i] = exact[i] * (1 + common + options.unequal_sigma * run.normal());
+    }
+    const double arm_scale = options.track_scale * (1 + options.track_sigma * run.normal());
+    steering_offset_ = options.steering_offset + options.steering_sigma * run.normal();
+    // The robot's computer believes these lengths; the truth uses the options' own.
+    differential_.track = options.track * arm_scale;
+    ackermann_.wheelbase = options.wheelbase * arm_scale;
+    omni_.arm = options.arm * arm_scale;
+  }
+
+  /// The motion that the odometry derives from one tick of true motion.
+  Vec3 measure(const Vec3& motion, std::uint64_t tick) {
+    RandomStream noise(seed_, kWheelNoise, tick);
+    switch (options_.drive) {
+      case DriveKind::differential: {
+        const auto w = motion::Differential{options_.track}.inverse(motion);
+        const double left = roll(0, w.left, noise);
+        return differential_.forward({left, roll(1, w.right, noise)});
+      }
+      case DriveKind::ackermann: {
+        const auto w = motion::Ackermann{options_.wheelbase}.inverse(motion);
+        const double way = roll(0, w.way, noise);
+        const double error = steering_offset_ + options_.steering_noise * noise.normal();
+        return ackermann_.forward({way, w.steering + error});
+      }
+      case DriveKind::omnidirectional:
+        break;
+    }
+    auto w = motion::Omnidirectional{options_.arm}.inverse(motion);
+    for (int i = 0; i < 3; ++i) w[i] = roll(i, w[i], noise);
+    return omni_.forward(w);
+  }
+
+ private:
+  /// Way that the encoder of a wheel counts while the wheel truly rolls `way`.
+  double roll(int wheel, double way, RandomStream& noise) {
+    const double slip = options_.slip * std::sqrt(std::abs(way)) * noise.normal();
+    rolled_[wheel] += way * scale_[wheel] + slip;
+    if (options_.encoder_step <= 0) return way * scale_[wheel] + slip;
+    const double before = counted_[wheel];
+    counted_[wheel] = std::floor(rolled_[wheel] / options_.encoder_step);
+    return (counted_[wheel] - before) * options_.encoder_step;
+  }
+
+  const RobotOptions& options_;
+  std::uint64_t seed_;
+  motion::Differential differential_;
+  motion::Ackermann ackermann_;
+  motion::Omnidirectional omni_;
+  std::array<double, 3> scale_{};
+  double steering_offset_ = 0;
+  std::array<double, 3> rolled_{};   // m
+  std::array<double, 3> counted_{};  // whole encoder steps
+};
+
+void check(const Path& path, const RobotOptions& o) {
+  if (path.points.size() < 2) throw Error("the robot has nowhere to go: its path is empty");
+  const bool good = o.speed > 0 && o.acceleration > 0 && o.turn_rate > 0 && o.track > 0 &&
+                    o.wheelbase > 0 && o.arm > 0 && o.max_steering > 0 && o.max_steering < kPi / 2;
+  if (!good) throw Error("robot: speed, acceleration, turn rate, lengths and steering must be > 0");
+}
+
+}  // namespace
+
+void describe(OptionFields& fields, RobotOptions& o) {
+  fields.add("robot.speed", o.speed, {"m/s", "at most", 0.01, 5});
+  fields.add("robot.acceleration", o.acceleration, {"m/s^2", "at most", 0.01, 10});
+  fields.add("robot.turn_rate", o.turn_rate, {"rad/s", "at most", 0.01, 10});
+  fields.add("robot.track", o.track, {"m", "between the wheels, differential drive", 0.05, 5});
+  fields.add("robot.wheelbase", o.wheelbase, {"m", "Ackermann drive", 0.05, 5});
+  fields.add("robot.max_steering", o.max_steering, {"rad", "Ackermann drive", 0.1, 1.5});
+  fields.add("robot.arm", o.arm, {"m", "centre to wheel, omnidirectional drive", 0.05, 5});
+  fields.add("robot.left_scale", o.left_scale, {"1", "odometry's way per true way", 0.5, 2});
+  fields.add("robot.right_scale", o.right_scale, {"1", "odometry's way per true way", 0.5, 2});
+  fields.add("robot.track_scale", o.track_scale, {"1", "believed length per true length", 0.5, 2});
+  fields.add("robot.steering_offset", o.steering_offset, {"rad", "of the sensor", -0.5, 0.5});
+  fields.add("robot.scale_sigma", o.scale_sigma, {"1", "drawn once, common to all wheels", 0, 0.5});
+  fields.add("robot.unequal_sigma", o.unequal_sigma, {"1", "drawn once for each wheel", 0, 0.5});
+  fields.add("robot.track_sigma", o.track_sigma, {"1", "drawn once, of track or arm", 0, 0.5});
+  fields.add("robot.steering_sigma", o.steering_sigma, {"rad", "drawn once", 0, 0.5});
+  fields.add("robot.slip", o.slip, {"m/sqrt(m)", "random error of each wheel", 0, 0.5});
+  fields.add("robot.steering_noise", o.steering_noise, {"rad", "of each reading", 0, 0.5});
+  fields.add("robot.encoder_step", o.encoder_step, {"m", "rolled a tick, 0 for none", 0, 0.1});
+  fields.add("robot.wrong_direction", o.wrong_direction, {"", "backing is counted as ahead"});
+}
+
+RobotOptions perfect_wheels(RobotOptions o) {
+  o.left_scale = o.right_scale = o.track_scale = 1;
+  o.steering_offset = o.scale_sigma = o.unequal_sigma = o.track_sigma = o.steering_sigma = 0;
+  o.slip = o.steering_noise = o.encoder_step = 0;
+  return o;
+}
+
+std::size_t RobotRun::index(Duration time) const {
+  return static_cast<std::size_t>(std::clamp<Duration>(time, 0, duration()) / kTick);
+}
+
+Pose2 RobotRun::truth(Duration time) const {
+  const std::size_t i = index(time);
+  const RobotState& s = states_[i];
+  const Duration within = std::clamp<Duration>(time, 0, duration()) - static_cast<Duration>(i) * kTick;
+  return within == 0 ? s.T_world_robot : s.T_world_robot * exp(to_seconds(within) * s.twist);
+}
+
+Pose2 RobotRun::odometry(Duration time) const {
+  const std::size_t i = index(time);
+  const Duration within = std::clamp<Duration>(time, 0, duration()) - static_cast<Duration>(i) * kTick;
+  if (within == 0) return states_[i].T_odom_robot;
+  return interpolate(states_[i].T_odom_robot, states_[i + 1].T_odom_robot,
+                     static_cast<double>(within) / static_cast<double>(kTick));
+}
+
+double RobotRun::path_length() const {
+  double sum = 0;
+  for (const RobotState& s : states_) sum += s.twist.head<2>().norm();
+  return sum * to_seconds(kTick);
+}
+
+RobotRun drive_path(const Path& path, const RobotOptions& options, std::uint64_t seed) {
+  check(path, options);
+  const double dt = to_seconds(RobotRun::kTick);
+  const double patience = 60 + 20 * length(path.points) / options.speed;  // s
+  Pilot pilot(path, options);
+  WheelOdometry wheels(options, seed);
+  std::vector<RobotState> states;
+  std::vector<Vec3> measured;
+  Pose2 T_world_robot = path.start, T_odom_robot;
+  int rest = 0;
+  while (rest < kRestTicks) {
+    const std::size_t tick = states.size();
+    if (static_cast<double>(tick) * dt > patience) {
+      throw Error("the robot is stuck at (" + std::to_string(T_world_robot.x) + ", " +
+                  std::to_string(T_world_robot.y) + ") m: its drive cannot follow the path");
+    }
+    const bool resting = tick < kRestTicks || pilot.finished();
+    const Vec3 twist = resting ? Vec3::Zero() : pilot.next_twist(T_world_robot, dt);
+    rest += pilot.finished() ? 1 : 0;
+    // The speed of the last quarter of a second, as a wheel controller filters it.
+    Vec3 recent = Vec3::Zero();
+    const std::size_t used = std::min<std::size_t>(measured.size(), kSpeedTicks);
+    for (std::size_t i = measured.size() - used; i < measured.size(); ++i) recent += measured[i];
+    recent /= kSpeedTicks * dt;
+    states.push_back({T_world_robot, twist, T_odom_robot, recent.x(), recent.z()});
+    const Vec3 motion = twist * dt;
+    Vec3 believed = wheels.measure(motion, tick);
+    measured.push_back(believed);
+    if (options.wrong_direction && believed.x() < 0) believed.x() = -believed.x();
+    T_world_robot = T_world_robot * exp(motion);
+    T_odom_robot = T_odom_robot * exp(believed);
+  }
+  return RobotRun(std::move(states));
+}
+
+}  // namespace majak::sim

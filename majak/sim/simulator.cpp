@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/sim/simulator.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "majak/core/error.hpp"
+#include "majak/sim/streams.hpp"
+
+namespace majak::sim {
+
+namespace {
+
+constexpr Duration kMicrosecond = 1000;
+constexpr double kPersonRadius = 0.22;  // m
+constexpr double kPolite = 0.6;         // m; a person that near to the robot has stepped aside
+constexpr double kEdge = 0.05;          // m; a smaller step between beams is no edge
+constexpr int kPatches = 5;             // of a beam's spot
+constexpr Duration kBurstSpacing = kSecond / 1000;
+
+void require(bool good, const char* what) {
+  if (!good) throw Error(std::string("simulation: ") + what);
+}
+
+}  // namespace
+
+void describe(OptionFields& fields, SimulationOptions& o) {
+  fields.add("simulate.seed", o.seed, {"", "equal seeds give equal bytes", 0, 2147483647});
+  fields.add("simulate.beams", o.beams, {"", "181, 361, 101, 201 or 401", 101, 401});
+  fields.add("simulate.scan_rate", o.scan_rate, {"Hz", "rounded to whole mirror turns", 0.1, 75});
+  fields.add("simulate.odometry_rate", o.odometry_rate, {"Hz", "odometry records", 0.1, 50});
+  fields.add("simulate.start_time", o.start_time, {"s", "stamp of the run's begin", 0, 4e9});
+  fields.add("simulate.mounting_x", o.mounting_x, {"m", "laser ahead of the robot's point", -5, 5});
+  fields.add("simulate.mounting_y", o.mounting_y, {"m", "laser to the left of it", -5, 5});
+  fields.add("simulate.mounting_theta", o.mounting_theta, {"rad", "laser's heading", -3.2, 3.2});
+  fields.add("simulate.tell_mounting", o.tell_mounting, {"", "false: the log says zero"});
+  fields.add("simulate.odometry_lag", o.odometry_lag, {"s", "odometry behind the laser", -1, 1});
+  fields.add("simulate.stamp_bursts", o.stamp_bursts, {"1", "share of scans: bursts", 0, 1});
+  fields.add("simulate.people", o.people, {"", "who walk along the same ways", 0, 1000});
+  describe(fields, o.laser);
+  describe(fields, o.robot);
+}
+
+void scale_noise(SimulationOptions& o, double factor) {
+  if (factor == 0) {
+    const double max_range = o.laser.max_range;
+    o.laser = sensor::perfect_range();
+    o.laser.max_range = max_range;
+    o.robot = perfect_wheels(o.robot);
+    return;
+  }
+  for (double* value :
+       {&o.laser.systematic_error, &o.laser.statistical_error, &o.laser.no_return,
+        &o.robot.scale_sigma, &o.robot.unequal_sigma, &o.robot.track_sigma,
+        &o.robot.steering_sigma, &o.robot.slip, &o.robot.steering_noise}) {
+    *value *= factor;
+  }
+}
+
+Simulator::Simulator(const World& world, const Path& path, const SimulationOptions& options)
+    : world_(world),
+      path_(path.points),
+      options_(options),
+      variant_(sensor::variant_of_beams(options.beams)),
+      noise_(options.laser, RandomStream(static_cast<std::uint64_t>(options.seed), kLaserRun)),
+      run_(drive_path(path, options.robot, static_cast<std::uint64_t>(options.seed))) {
+  require(options.scan_rate > 0 && options.odometry_rate > 0, "rates must be more than 0 Hz");
+  require(std::abs(options.odometry_lag) <= 10, "odometry_lag must lie within +-10 s");
+  require(options.start_time >= 0 && options.start_time <= 4e9, "start_time must be 0 ... 4e9 s");
+  require(options.people >= 0 && options.people <= 1000, "people must be 0 ... 1000");
+  T_robot_laser_ = {options.mounting_x, options.mounting_y, wrap_angle(options.mounting_theta)};
+  // The device never scans slower; a slow line only drops whole scans.
+  const double turns = std::round(sensor::kLms291.mirror_rate / options.scan_rate);
+  const double least = variant_.turns();
+  period_ = static_cast<Duration>(std::max(least, turns)) * sensor::kMirrorTurn;
+  const double way = length(path_);
+  for (int i = 0; i < options.people; ++i) {
+    RandomStream r(static_cast<std::uint64_t>(options.seed), kWalker, static_cast<std::uint64_t>(i));
+    walkers_.push_back({r.uniform(0, 2 * way), r.uniform(0.7, 1.4), r.uniform(-0.6, 0.6)});
+  }
+}
+
+/// Whole microseconds, so that a log with six decimals says exactly this.
+Time Simulator::stamp_of(Duration time) const {
+  const Time stamp = from_seconds(options_.start_time) + time;
+  return (stamp + kMicrosecond / 2) / kMicrosecond * kMicrosecond;
+}
+
+std::optional<Event> Simulator::next() {
+  // Nothing that is still to be produced can arrive before the next scan's own time.
+  while (next_scan_ * period_ + sensor::scan_duration(variant_) <= run_.duration() &&
+         (waiting_.empty() || waiting_.begin()->first.first >= stamp_of(next_scan_ * period_))) {
+    produce();
+  }
+  if (waiting_.empty()) return std::nullopt;
+  return std::move(waiting_.extract(waiting_.begin()).mapped());
+}
+
+void Simulator::put(Time arrival, Event event) {
+  waiting_.emplace(std::pair(arrival, order_++), std::move(event));
+}
+
+/// One scan with its truth, and the odometry records that precede it.
+void Simulator::produce() {
+  const Duration scan_time = next_scan_ * period_;
+  const Duration lag = from_seconds(options_.odometry_lag);
+  for (;; ++next_odometry_) {
+    const Duration time =
+        from_seconds(static_cast<double>(next_odometry_) / options_.odometry_rate);
+    if (time > scan_time) break;
+    const RobotState& state = run_.state(time - lag);
+    const Time stamp = stamp_of(time);
+    put(stamp, Odometry{stamp, run_.odometry(time - lag), state.speed, state.turn_rate});
+  }
+  const Time arrival = arrival_of_scan(next_scan_);
+  put(arrival, make_scan(next_scan_, arrival));
+  put(arrival, Truth{arrival, run_.truth(scan_time)});
+  ++next_scan_;
+}
+
+/// The stamp is the time of beam 0, unless the scan is part of a burst.
+Time Simulator::arrival_of_scan(std::int64_t scan) {
+  const auto seed = static_cast<std::uint64_t>(options_.seed);
+  RandomStream r(seed, kStamps, static_cast<std::uint64_t>(scan));
+  if (scan > burst_end_ && r.uniform() < options_.stamp_bursts) {
+    burst_end_ = scan + 2 + static_cast<std::int64_t>(r.below(5));
+  }
+  Time arrival = stamp_of(scan * period_);
+  if (scan < burst_end_) arrival = stamp_of(burst_end_ * period_);
+  // Those that arrive together are stamped a millisecond apart.
+  if (scan <= burst_end_) arrival = std::max(arrival, last_arrival_ + kBurstSpacing);
+  last_arrival_ = arrival;
+  return arrival;
+}
+
+Scan Simulator::make_scan(std::int64_t scan, Time stamp) const {
+  const Duration begin = scan * period_;
+  const int beams = variant_.beams();
+  Scan out;
+  out.time = stamp;
+  out.start_angle = variant_.start_angle();
+  out.angle_step = variant_.angle_step();
+  out.max_range = static_cast<float>(options_.laser.max_range);
+  if (options_.tell_mounting) out.T_robot_laser = T_robot_laser_;
+  out.T_odom_robot = run_.odometry(begin - from_seconds(options_.odometry_lag));
+  const std::vector<Disc> people = people_at(begin, run_.truth(begin).translation());
+
+  std::vector<Pose2> poses(beams);
+  std::vector<Hit> hits(beams);
+  for (int i = 0; i < beams; ++i) {
+    poses[i] = run_.truth(begin + sensor::beam_time(variant_, i)) * T_robot_laser_;
+    hits[i] = world_.cast(poses[i].translation(), poses[i].theta + out.angle(i),
+                          options_.laser.max_range, people);
+  }
+  // A spot falls on two things only where the neighbouring beams see different ones.
+  const auto edge = [&](int i, int j) {
+    return hits[i].object != hits[j].object && !(std::abs(hits[i].range - hits[j].range) < kEdge);
+  };
+  out.ranges.resize(beams);
+  for (int i = 0; i < beams; ++i) {
+    const bool at_an_edge = (i > 0 && edge(i, i - 1)) || (i + 1 < beams && edge(i, i + 1));
+    const Pose2 T_world_beam{poses[i].x, poses[i].y, poses[i].theta + out.angle(i)};
+    out.ranges[i] = measure(scan, i, T_world_beam, hits[i], at_an_edge, people);
+  }
+  return out;
+}
+
+float Simulator::measure(std::int64_t scan, int beam, const Pose2& T_world_beam, const Hit& hit,
+                         bool at_an_edge, const std::vector<Disc>& people) const {
+  RandomStream random(static_cast<std::uint64_t>(options_.seed),
+                      kBeam + static_cast<std::uint64_t>(scan), static_cast<std::uint64_t>(beam));
+  const double width = options_.laser.beam_width;
+  if (!at_an_edge || width == 0) {
+    return noise_.simulate_range(hit.range, hit.incidence, hit.reflectivity, random);
+  }
+  const double range = std::isfinite(hit.range) ? hit.range : options_.laser.max_range;
+  const double half = width * sensor::half_beam_angle(range);
+  std::array<sensor::Echo, kPatches> echoes;
+  for (int k = 0; k < kPatches; ++k) {
+    const double aside = half * (2.0 * k / (kPatches - 1) - 1.0);
+    const Hit h = world_.cast(T_world_beam.translation(), T_world_beam.theta + aside,
+                              options_.laser.max_range, people);
+    echoes[k] = {h.range, h.incidence, h.reflectivity};
+  }
+  return noise_.simulate_range(echoes.data(), echoes.size(), random);
+}
+
+/// To and fro along the path, each on a line of their own.
+std::vector<Disc> Simulator::people_at(Duration time, const Vec2& robot) const {
+  std::vector<Disc> discs;
+  const auto last = static_cast<double>(path_.size() - 1);
+  for (const Walker& w : walkers_) {
+    const double way = w.begin + w.speed * to_seconds(time);
+    const double phase = std::fmod(way / kPathStep, 2 * last);
+    const double at = phase < last ? phase : 2 * last - phase;
+    const auto i = std::min(static_cast<std::size_t>(at), path_.size() - 2);
+    const Vec2 along = path_[i + 1] - path_[i];
+    const Vec2 left = Vec2(-along.y(), along.x()).normalized();
+    const Vec2 centre = path_[i] + (at - static_cast<double>(i)) * along + w.aside * left;
+    if ((centre - robot).norm() > kPolite) discs.push_back({centre, kPersonRadius, 0.3});
+  }
+  return discs;
+}
+
+std::vector<Event> simulate(const World& world, const Path& path,
+                            const SimulationOptions& options) {
+  Simulator simulator(world, path, options);
+  std::vector<Event> events;
+  while (auto event = simulator.next()) events.push_back(std::move(*event));
+  return events;
+}
+
+}  // namespace majak::sim
