@@ -14,7 +14,7 @@ constexpr std::size_t kLeastScans = 200;
 constexpr std::size_t kScansWithoutPath = 2000;
 constexpr std::size_t kMostRecords = 20000;
 constexpr std::size_t kMostRanges = std::size_t{1} << 20;
-constexpr double kPathToSee = 5.0;  // m
+constexpr double kPathToSee = 10.0;  // m
 
 // SICK devices answer with codes at the top of their 13 bits instead of a range: 81.83 ... 81.91 at
 // a centimetre, 8.183 ... 8.191 at a millimetre; 80 and 8 m are the longest ranges.
@@ -49,7 +49,7 @@ bool same_mounting(const Pose2& a, const Pose2& b) {
          std::abs(angle_diff(a.theta, b.theta)) < 0.005;
 }
 
-double round_to(double value, double unit) { return std::round(value / unit) * unit; }
+double round_to(double value, double unit) { return std::round(value / unit) * unit + 0.0; }  // no -0
 
 }  // namespace
 
@@ -125,6 +125,7 @@ bool CarmenHabits::enough() const {
 void CarmenHabits::settle() {
   use_logger_time_ = !ipc_ticks_ && first_logger_ && (logger_ticks_ || first_ipc_ == Time{0});
   velocity_missing_ = !velocity_seen_ && path_ > 0.1;
+  from_window_ = scans_;
   for (std::size_t i = 0; i < lasers_.size(); ++i) lasers_[i].T_robot_laser = mounting(lasers_[i], i == 1);
 }
 
@@ -180,6 +181,8 @@ bool CarmenHabits::complete(CarmenRecord& record, std::int64_t line, Report& rep
 
 bool CarmenHabits::complete_scan(Scan& scan, const CarmenRecord& record, std::int64_t line, Report& report) {
   Laser& laser = lasers_[static_cast<std::size_t>(scan.laser)];
+  const bool observed = from_window_ > 0;
+  if (observed) --from_window_;
   laser.located |= record.laser == CarmenLaser::located;
   if (record.laser == CarmenLaser::raw && laser.located) {
     report.count(kRepeats, line);
@@ -188,9 +191,8 @@ bool CarmenHabits::complete_scan(Scan& scan, const CarmenRecord& record, std::in
   if (record.bad_ranges > 0) report.add(kBadRanges, {record.bad_ranges, line});
   if (!record.geometry_stated && laser.resolution) complete_geometry(scan, line, report);
   scan.T_robot_laser = laser.T_robot_laser;
-  const bool knew = laser.finder.code().has_value();
   scan.max_range = limit(scan, record.geometry_stated);
-  if (!knew) {
+  if (!observed && !laser.finder.code()) {
     laser.finder.add(scan);
     if (laser.finder.code()) {
       report.count(kLateCode, line);

@@ -58,6 +58,7 @@ class CarmenHabits {
 
   std::array<Laser, kLasers> lasers_;
   std::size_t records_ = 0, scans_ = 0, ranges_ = 0;
+  std::size_t from_window_ = 0;  ///< scans that were observed and are still to be completed
   std::optional<Pose2> T_odom_last_;
   bool path_from_scans_ = false;
   double path_ = 0;  ///< m, within the window

@@ -37,7 +37,7 @@ bool read_ranges(Fields& f, std::size_t n, CarmenRecord& record, std::vector<flo
   out.resize(n);
   for (float& range : out) {
     double value = 0;
-    const bool is_number = f.number(value);
+    const bool is_number = f.short_number(value);
     if (is_number && value > 0 && std::isfinite(value)) {
       range = static_cast<float>(value);
     } else {

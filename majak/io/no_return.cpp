@@ -13,7 +13,7 @@ constexpr std::size_t kBins = 10001;       // 0 ... 100 m in centimetres
 constexpr double kApart = 0.2;             // m between scans that count
 constexpr std::uint32_t kLeastBeams = 40;  // a spike of fewer proves nothing
 constexpr std::uint32_t kLeastScans = 10;
-constexpr int kDecideEvery = 5;
+constexpr int kDecideEvery = 5;     // at first; later ten times rarer
 
 /// A tenth of the beams moved by more than 5 cm.
 bool looks_different(const std::vector<float>& a, const std::vector<float>& b) {
@@ -27,14 +27,14 @@ bool looks_different(const std::vector<float>& a, const std::vector<float>& b) {
 
 bool SaturationFinder::is_news(const Scan& scan) {
   if (scan.T_odom_robot) {
-    const Pose2& now = *scan.T_odom_robot;
-    if (T_odom_last_ &&
-        !(std::hypot(now.x - T_odom_last_->x, now.y - T_odom_last_->y) >= kApart)) {
-      return false;
+    if (!T_odom_last_) T_odom_last_ = scan.T_odom_robot;
+    const Vec2 moved = scan.T_odom_robot->translation() - T_odom_last_->translation();
+    if (moved.norm() >= kApart) {
+      T_odom_last_ = scan.T_odom_robot;
+      has_odometry_ = true;
+      return true;
     }
-    T_odom_last_ = now;
-    has_odometry_ = true;
-    return true;
+    if (has_odometry_) return false;  // else it may be all zeros, and say nothing
   }
   if (!last_ranges_.empty() && !looks_different(scan.ranges, last_ranges_)) return false;
   last_ranges_ = scan.ranges;
@@ -42,7 +42,8 @@ bool SaturationFinder::is_news(const Scan& scan) {
 }
 
 void SaturationFinder::add(const Scan& scan) {
-  if (code_ || !is_news(scan)) return;
+  if (done_ || !is_news(scan)) return;
+  count_known(scan);
   if (beams_.empty()) {
     beams_.assign(kBins, 0);
     in_scans_.assign(kBins, 0);
@@ -59,7 +60,15 @@ void SaturationFinder::add(const Scan& scan) {
       ++in_scans_[bin];
     }
   }
-  if (scans_ % kDecideEvery == 0) decide();
+  if (scans_ % (scans_ <= 20 * kDecideEvery ? kDecideEvery : 10 * kDecideEvery) == 0) decide();
+}
+
+void SaturationFinder::count_known(const Scan& scan) {
+  const auto known = std::count_if(scan.ranges.begin(), scan.ranges.end(),
+                                   [&](float range) { return range >= scan.max_range; });
+  known_beams_ += static_cast<std::uint32_t>(known);
+  known_scans_ += known > 0 ? 1 : 0;
+  done_ = known_beams_ >= 5 * kLeastBeams && known_scans_ >= 5 * kLeastScans;
 }
 
 /// From the top down: the first centimetre with enough beams is the code or there is none.
@@ -77,7 +86,10 @@ void SaturationFinder::decide() {
     const auto at = beams_.begin() + static_cast<std::ptrdiff_t>(bin);
     const auto beside = *std::max_element(at - 5, at);
     const auto below = *std::max_element(beams_.begin() + static_cast<std::ptrdiff_t>(bin * 4 / 5), at);
-    if (beside * 20 <= count && below * 5 <= count) code_ = static_cast<float>(bin) / 100.0f;
+    if (beside * 20 <= count && below * 5 <= count) {
+      code_ = static_cast<float>(bin) / 100.0f;
+      done_ = true;
+    }
     return;
   }
 }

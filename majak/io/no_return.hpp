@@ -5,6 +5,7 @@
 //   - is a lone spike: the centimetres below it, and anything from 80 % of it on, are rare beside it,
 //   - stays the same while the robot drives: the scans that count are 0.2 m apart, or, without
 //     odometry, differ in many beams. A wall does not follow the robot.
+// It gives up when many beams are at or above the known limit: a laser has one such code.
 #pragma once
 
 #include <cstdint>
@@ -21,11 +22,10 @@ class SaturationFinder {
   void add(const Scan& scan);
   /// The code in metres, once the evidence suffices.
   std::optional<float> code() const { return code_; }
-  /// Scans that counted so far: the others were taken too near to one of them.
-  int evidence() const { return scans_; }
 
  private:
   bool is_news(const Scan& scan);
+  void count_known(const Scan& scan);
   void decide();
 
   std::vector<std::uint32_t> beams_;  ///< how often each centimetre was measured
@@ -33,8 +33,10 @@ class SaturationFinder {
   std::vector<std::uint32_t> seen_in_;   ///< the last such scan
   std::vector<float> last_ranges_;
   std::optional<Pose2> T_odom_last_;
-  int scans_ = 0;
+  int scans_ = 0;  ///< that counted
+  std::uint32_t known_beams_ = 0, known_scans_ = 0;  ///< at or above max_range
   bool has_odometry_ = false;
+  bool done_ = false;
   std::optional<float> code_;
 };
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/io/number.hpp"
 
+#include <charconv>
 #include <cmath>
 #include <limits>
+#include <system_error>
 
 namespace majak::io {
 
