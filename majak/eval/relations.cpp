@@ -2,12 +2,12 @@
 #include "majak/eval/relations.hpp"
 
 #include <cmath>
-#include <fstream>
-#include <istream>
 #include <limits>
 
 #include "majak/core/error.hpp"
-#include "majak/eval/fields.hpp"
+#include "majak/eval/comment.hpp"
+#include "majak/io/line_reader.hpp"
+#include "majak/io/number.hpp"
 
 namespace majak::eval {
 namespace {
@@ -24,27 +24,40 @@ RelationErrors errors_of(const std::vector<RelationResidual>& residuals,
   return {error_stats(std::move(translation)), error_stats(std::move(rotation))};
 }
 
+constexpr const char* kNotPlanar = "relations: z, roll or pitch of a relation dropped";
+
+/// Fills the relation; says what is wrong with the line, or nullptr.
+const char* parse_relation(io::Fields fields, Relation& relation) {
+  double x = 0, y = 0, z = 0, roll = 0, pitch = 0, yaw = 0;
+  if (!fields.time(relation.from) || !fields.time(relation.to) || !fields.number(x) ||
+      !fields.number(y) || !fields.number(z) || !fields.number(roll) || !fields.number(pitch) ||
+      !fields.number(yaw) || !fields.at_end() ||
+      !std::isfinite(x + y + z + roll + pitch + yaw)) {
+    return "relations: line is not `t1 t2 x y z roll pitch yaw`";
+  }
+  relation.T_from_to = {x, y, wrap_angle(yaw)};
+  return z != 0 || roll != 0 || pitch != 0 ? kNotPlanar : nullptr;
+}
+
 }  // namespace
 
-std::vector<Relation> read_relations(std::istream& in, const std::string& name, Report& report) {
+std::vector<Relation> read_relations(std::unique_ptr<io::ByteStream> bytes, const std::string& name,
+                                     Report& report) {
+  io::LineReader lines(std::move(bytes));
   std::vector<Relation> relations;
-  std::string line;
-  for (std::int64_t number = 1; std::getline(in, line); ++number) {
-    const auto fields = split_fields(line);
-    if (fields.empty()) continue;
-    const auto from = parse_stamp(fields[0]);
-    const auto to = fields.size() == 8 ? parse_stamp(fields[1]) : std::nullopt;
-    const auto values = parse_numbers<6>(fields, 2);
-    if (!from || !to || !values) {
-      report.count("relations: line is not `t1 t2 x y z roll pitch yaw`", number);
-      continue;
+  while (const auto line = lines.next()) {
+    if (is_comment(*line)) continue;
+    Relation relation;
+    relation.line = lines.line();
+    if (const char* const fault = parse_relation(io::Fields(*line), relation)) {
+      report.count(fault, lines.line());
+      if (fault == kNotPlanar) relations.push_back(relation);
+    } else {
+      relations.push_back(relation);
     }
-    const auto& [x, y, z, roll, pitch, yaw] = *values;
-    if (z != 0 || roll != 0 || pitch != 0) {
-      report.count("relations: z, roll or pitch of a relation dropped", number);
-    }
-    relations.push_back({*from, *to, {x, y, wrap_angle(yaw)}, number});
   }
+  const Report noticed = lines.report();
+  for (const auto& [what, entry] : noticed.entries()) report.add(what, entry);
   if (relations.empty()) {
     throw Error(name + ": no relation in it; expected lines `t1 t2 x y z roll pitch yaw`");
   }
@@ -52,9 +65,7 @@ std::vector<Relation> read_relations(std::istream& in, const std::string& name, 
 }
 
 std::vector<Relation> read_relations(const std::string& path, Report& report) {
-  std::ifstream in(path);
-  if (!in) throw Error(path + ": cannot be read; check the name and the reading rights");
-  return read_relations(in, path, report);
+  return read_relations(io::open_bytes(path).bytes, path, report);
 }
 
 RelationResult evaluate_relations(const Trajectory& trajectory, const std::vector<Relation>& relations,

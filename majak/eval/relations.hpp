@@ -5,7 +5,7 @@
 #pragma once
 
 #include <cstdint>
-#include <iosfwd>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,7 +27,8 @@ struct Relation {
 
 /// Lines `t1 t2 x y z roll pitch yaw` (s, m, rad); z, roll and pitch are dropped. Damaged lines are
 /// skipped and counted; throws Error if no line holds a relation.
-std::vector<Relation> read_relations(std::istream& in, const std::string& name, Report& report);
+std::vector<Relation> read_relations(std::unique_ptr<io::ByteStream> bytes, const std::string& name,
+                                     Report& report);
 std::vector<Relation> read_relations(const std::string& path, Report& report);
 
 struct RelationOptions {

@@ -3,59 +3,47 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <istream>
-#include <limits>
 
 #include "majak/core/error.hpp"
-#include "majak/eval/fields.hpp"
+#include "majak/eval/comment.hpp"
+#include "majak/io/line_reader.hpp"
+#include "majak/io/number.hpp"
 
 namespace majak::eval {
 
-std::optional<Time> parse_stamp(std::string_view text) {
-  const bool negative = !text.empty() && text.front() == '-';
-  if (negative) text.remove_prefix(1);
-  const std::size_t dot = std::min(text.find('.'), text.size());
-  const std::string_view whole = text.substr(0, dot);
-  const std::string_view part = dot < text.size() ? text.substr(dot + 1) : std::string_view{};
-  if (whole.empty() && part.empty()) return std::nullopt;
-  constexpr Time kMaxSeconds = std::numeric_limits<Time>::max() / kSecond - 1;
-  Time seconds = 0, nanoseconds = 0, digit_value = kSecond;
-  for (const char c : whole) {
-    if (c < '0' || c > '9') return std::nullopt;
-    seconds = 10 * seconds + (c - '0');
-    if (seconds > kMaxSeconds) return std::nullopt;
+namespace {
+
+/// A line's pose, or nullptr and why not.
+const char* parse_pose(io::Fields fields, StampedPose& stamped) {
+  double x = 0, y = 0, z = 0, qx = 0, qy = 0, qz = 0, qw = 0;
+  if (!fields.time(stamped.time) || !fields.number(x) || !fields.number(y) || !fields.number(z) ||
+      !fields.number(qx) || !fields.number(qy) || !fields.number(qz) || !fields.number(qw) ||
+      !fields.at_end() || !std::isfinite(x + y + z + qx + qy + qz + qw)) {
+    return "trajectory: line is not `time x y z qx qy qz qw`";
   }
-  for (std::size_t i = 0; i < part.size(); ++i) {
-    if (part[i] < '0' || part[i] > '9') return std::nullopt;
-    if (i < 9) nanoseconds += (part[i] - '0') * (digit_value /= 10);
-    if (i == 9 && part[i] >= '5') ++nanoseconds;
-  }
-  const Time time = seconds * kSecond + nanoseconds;
-  return negative ? -time : time;
+  const double norm = qx * qx + qy * qy + qz * qz + qw * qw;
+  if (!(norm > 1e-12)) return "trajectory: quaternion is zero";
+  const double yaw = std::atan2(2 * (qw * qz + qx * qy), norm - 2 * (qy * qy + qz * qz));
+  stamped.pose = {x, y, wrap_angle(yaw)};
+  return nullptr;
 }
 
-Trajectory read_tum(std::istream& in, const std::string& name, Report& report) {
+}  // namespace
+
+Trajectory read_tum(std::unique_ptr<io::ByteStream> bytes, const std::string& name, Report& report) {
+  io::LineReader lines(std::move(bytes));
   Trajectory trajectory;
-  std::string line;
-  for (std::int64_t number = 1; std::getline(in, line); ++number) {
-    const auto fields = split_fields(line);
-    if (fields.empty()) continue;
-    const auto time = parse_stamp(fields[0]);
-    const auto values = fields.size() == 8 ? parse_numbers<7>(fields, 1) : std::nullopt;
-    if (!time || !values) {
-      report.count("trajectory: line is not `time x y z qx qy qz qw`", number);
-      continue;
+  while (const auto line = lines.next()) {
+    if (is_comment(*line)) continue;
+    StampedPose stamped;
+    if (const char* const fault = parse_pose(io::Fields(*line), stamped)) {
+      report.count(fault, lines.line());
+    } else {
+      trajectory.push_back(stamped);
     }
-    const auto& [x, y, z, qx, qy, qz, qw] = *values;
-    const double norm = qx * qx + qy * qy + qz * qz + qw * qw;
-    if (!(norm > 1e-12)) {
-      report.count("trajectory: quaternion is zero", number);
-      continue;
-    }
-    const double yaw = std::atan2(2 * (qw * qz + qx * qy), norm - 2 * (qy * qy + qz * qz));
-    trajectory.push_back({*time, {x, y, wrap_angle(yaw)}});
   }
+  const Report noticed = lines.report();
+  for (const auto& [what, entry] : noticed.entries()) report.add(what, entry);
   if (trajectory.empty()) {
     throw Error(name + ": no pose in it; expected lines `time x y z qx qy qz qw`");
   }
@@ -63,9 +51,7 @@ Trajectory read_tum(std::istream& in, const std::string& name, Report& report) {
 }
 
 Trajectory read_tum(const std::string& path, Report& report) {
-  std::ifstream in(path);
-  if (!in) throw Error(path + ": cannot be read; check the name and the reading rights");
-  return read_tum(in, path, report);
+  return read_tum(io::open_bytes(path).bytes, path, report);
 }
 
 Trajectory truth_of(const std::vector<Truth>& truth) {

@@ -3,16 +3,16 @@
 #pragma once
 
 #include <cstddef>
-#include <iosfwd>
+#include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "majak/core/event.hpp"
 #include "majak/core/pose2.hpp"
 #include "majak/core/report.hpp"
 #include "majak/core/time.hpp"
+#include "majak/io/byte_stream.hpp"
 
 namespace majak::eval {
 
@@ -24,13 +24,10 @@ struct StampedPose {
 };
 using Trajectory = std::vector<StampedPose>;
 
-/// Decimal seconds ("976052905.167303", "-0.5") to nanoseconds, digit by digit, so that no stamp is
-/// bent by a double. Digits after the ninth round. nullopt if it is not such a number.
-std::optional<Time> parse_stamp(std::string_view text);
-
-/// TUM lines `time x y z qx qy qz qw`; z, roll and pitch are dropped. `name` is used in messages.
-/// Damaged lines are skipped and counted; throws Error if no line holds a pose.
-Trajectory read_tum(std::istream& in, const std::string& name, Report& report);
+/// TUM lines `time x y z qx qy qz qw`, stamps exact to the nanosecond; z, roll and pitch are
+/// dropped. `name` is used in messages. Damaged lines are skipped and counted; throws Error if no
+/// line holds a pose. A file may be packed by gzip or bzip2.
+Trajectory read_tum(std::unique_ptr<io::ByteStream> bytes, const std::string& name, Report& report);
 Trajectory read_tum(const std::string& path, Report& report);
 
 /// The truth that a log carries, or what its odometry says at each scan.

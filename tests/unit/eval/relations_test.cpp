@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <sstream>
-
 #include "majak/core/error.hpp"
 #include "majak/core/random.hpp"
 
@@ -119,7 +117,7 @@ TEST(Relations, in_the_frame_of_the_laser_are_told_apart) {
 }
 
 TEST(ReadRelations, takes_lines_and_counts_damage) {
-  std::istringstream in(
+  auto in = io::open_bytes_in_memory(
       "# a comment\n"
       "976052905.167303 976052911.885496 -0.056990 -0.128430 0.0 0.0 0.0 -1.682210\r\n"
       "\n"
@@ -127,7 +125,7 @@ TEST(ReadRelations, takes_lines_and_counts_damage) {
       "1.0 2.0 0.5 0 0 0 0\n"
       "1.5 2.5 0.5 0 0.2 0 0 7.0\n");
   Report report;
-  const auto relations = read_relations(in, "test", report);
+  const auto relations = read_relations(std::move(in.bytes), "test", report);
   ASSERT_EQ(relations.size(), 2u);
   EXPECT_EQ(relations[0].from, 976052905167303000);
   EXPECT_EQ(relations[0].to, 976052911885496000);
@@ -141,9 +139,9 @@ TEST(ReadRelations, takes_lines_and_counts_damage) {
 }
 
 TEST(ReadRelations, refuses_a_file_without_any) {
-  std::istringstream in("\n# nothing\n");
+  auto in = io::open_bytes_in_memory("\n# nothing\n");
   Report report;
-  EXPECT_THROW(read_relations(in, "empty.relations", report), Error);
+  EXPECT_THROW(read_relations(std::move(in.bytes), "empty.relations", report), Error);
   EXPECT_THROW(read_relations(std::string("/no/such/file"), report), Error);
 }
 
