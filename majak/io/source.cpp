@@ -2,11 +2,13 @@
 #include "majak/io/source.hpp"
 
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "majak/core/error.hpp"
 #include "majak/io/byte_stream.hpp"
 #include "majak/io/carmen_reader.hpp"
+#include "majak/io/victoria_park.hpp"
 
 namespace majak::io {
 
@@ -37,9 +39,21 @@ std::string read_head(ByteStream& bytes) {
               "RAWLASER1, ODOM, PARAM ...), plain, gzip or bzip2");
 }
 
+std::unique_ptr<Source> open_folder(const std::filesystem::path& path) {
+  std::error_code error;
+  std::filesystem::directory_iterator readable(path, error);
+  if (error) throw Error(path.string() + ": the folder cannot be read: " + error.message());
+  if (auto source = open_victoria_park(path)) return source;
+  throw Error(path.string() +
+              ": a folder without a log; looked for the Victoria Park files LASER.txt (or LASER.txt.gz) "
+              "and DRS.txt, GPS.txt, Sensors_manager.txt");
+}
+
 }  // namespace
 
 std::unique_ptr<Source> open_log(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return open_folder(path);
   auto [bytes, packing] = open_bytes(path);
   std::string head = read_head(*bytes);
   if (!looks_like_carmen(head)) refuse(path.string(), head, packing);
