@@ -46,7 +46,7 @@ struct Odometry {
 /// Wheel speed and steering of an Ackermann drive.
 struct WheelMotion {
   Time time = 0;
-  double speed = 0;     ///< m/s at the measured wheel
+  double speed = 0;     ///< m/s forward at the middle of the rear axle
   double steering = 0;  ///< rad, left positive
 };
 
