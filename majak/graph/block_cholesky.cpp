@@ -85,31 +85,20 @@ void BlockCholesky::solve(std::span<double> x) const {
   work_.resize(3 * static_cast<std::size_t>(n_));
   double* y = work_.data();
   for (int k = 0; k < n_; ++k) std::copy_n(&x[3 * order_[k]], 3, y + 3 * k);
+  std::vector<double>& below = below_;
   for (const Supernode& s : supernodes_) {
-    const double* column = factor_.data() + s.panel;
-    const auto own = rows(s);
-    const int width = 3 * s.width;
-    double* top = y + 3 * s.first;
-    for (int k = 0; k < width; ++k, column += s.stride()) {
-      const double value = top[k] /= column[k];
-      for (int i = k + 1; i < width; ++i) top[i] -= column[i] * value;
-      for (int i = s.width; i < s.rows; ++i)
-        for (int r = 0; r < 3; ++r) y[3 * own[i] + r] -= column[3 * i + r] * value;
-    }
+    below.assign(s.update_stride(), 0.0);
+    solve_lower(factor_.data() + s.panel, s.stride(), 3 * s.width, y + 3 * s.first, below.data());
+    const double* from = below.data();
+    for (const int row : rows(s).subspan(s.width))
+      for (int r = 0; r < 3; ++r) y[3 * row + r] -= *from++;
   }
-  for (auto it = supernodes_.rbegin(); it != supernodes_.rend(); ++it) {
-    const Supernode& s = *it;
-    const auto own = rows(s);
-    const int width = 3 * s.width;
-    double* top = y + 3 * s.first;
-    const double* column = factor_.data() + s.panel + static_cast<std::size_t>(s.stride()) * (width - 1);
-    for (int k = width - 1; k >= 0; --k, column -= s.stride()) {
-      double sum[3] = {top[k], 0, 0};
-      for (int i = s.width; i < s.rows; ++i)
-        for (int r = 0; r < 3; ++r) sum[r] -= column[3 * i + r] * y[3 * own[i] + r];
-      for (int i = k + 1; i < width; ++i) sum[0] -= column[i] * top[i];
-      top[k] = (sum[0] + sum[1] + sum[2]) / column[k];
-    }
+  for (auto s = supernodes_.rbegin(); s != supernodes_.rend(); ++s) {
+    below.assign(s->update_stride(), 0.0);
+    double* to = below.data();
+    for (const int row : rows(*s).subspan(s->width))
+      for (int r = 0; r < 3; ++r) *to++ = y[3 * row + r];
+    solve_upper(factor_.data() + s->panel, s->stride(), 3 * s->width, y + 3 * s->first, below.data());
   }
   for (int k = 0; k < n_; ++k) std::copy_n(y + 3 * k, 3, &x[3 * order_[k]]);
 }

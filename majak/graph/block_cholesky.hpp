@@ -32,6 +32,7 @@ class BlockCholesky {
 
   /// Structure of n x n blocks with the diagonal and the given pairs. A pair that names block n (one
   /// past the last) gets a slot that is written to but never read: a place for fixed variables.
+  /// Called again with a little more of the same structure, it keeps the order and is quicker.
   std::vector<Slot> analyze(int n, std::span<const Pair> pairs);
 
   int size() const { return n_; }
@@ -71,11 +72,14 @@ class BlockCholesky {
   struct Entry {
     int block, row, column;
   };
+  struct Adjacency;
   struct Tree;
 
   std::vector<Slot> number_blocks(std::span<const Pair> pairs);
+  static Adjacency adjacency(int n, std::span<const Pair> pairs);
+  bool extend_order(const Adjacency& a, Tree& tree);
   void find_order();
-  Tree eliminate() const;
+  Tree eliminate(const Adjacency& a);
   void build_supernodes(const Tree& tree);
   void place_entries();
   void assemble(const Supernode& s, double damping, double* panel) const;
@@ -88,6 +92,8 @@ class BlockCholesky {
   int n_ = 0;
   std::vector<Pair> blocks_;          ///< distinct pairs (smaller, larger), natural order
   std::vector<int> order_, place_;    ///< order_[k]: k-th eliminated; place_ is its inverse
+  int fresh_size_ = 0;                ///< variables and work when the order was last found afresh
+  double fresh_operations_ = 0;
   std::vector<Supernode> supernodes_; ///< in postorder
   std::vector<int> rows_, to_parent_; ///< to_parent_: position of that row in the parent's rows
   std::vector<int> children_;
@@ -95,7 +101,7 @@ class BlockCholesky {
   std::vector<double> values_, factor_;
   std::vector<double> stack_[2];      ///< update matrices of even and odd levels
   double smallest_ = 0;               ///< damping acts as if the diagonal were at least this
-  mutable std::vector<double> work_;
+  mutable std::vector<double> work_, below_;
 };
 
 }  // namespace majak::graph

@@ -9,17 +9,15 @@
 #include "majak/graph/block_cholesky.hpp"
 
 namespace majak::graph {
-namespace {
-
 /// Rows of a symmetric structure, both triangles, without the diagonal.
-struct Adjacency {
+struct BlockCholesky::Adjacency {
   std::vector<int> begin, list;
   std::span<const int> of(int i) const {
     return {list.data() + begin[i], static_cast<std::size_t>(begin[i + 1] - begin[i])};
   }
 };
 
-Adjacency adjacency(int n, std::span<const BlockCholesky::Pair> pairs) {
+BlockCholesky::Adjacency BlockCholesky::adjacency(int n, std::span<const Pair> pairs) {
   Adjacency a;
   a.begin.assign(static_cast<std::size_t>(n) + 1, 0);
   for (const auto& [i, j] : pairs) ++a.begin[i + 1], ++a.begin[j + 1];
@@ -30,7 +28,10 @@ Adjacency adjacency(int n, std::span<const BlockCholesky::Pair> pairs) {
   return a;
 }
 
+namespace {
+
 /// Liu 1986, with path compression. parent[k] > k or -1.
+template <class Adjacency>
 std::vector<int> elimination_tree(const Adjacency& a, const std::vector<int>& order,
                                   const std::vector<int>& place) {
   const int n = static_cast<int>(order.size());
@@ -83,13 +84,25 @@ struct BlockCholesky::Tree {
   std::vector<int> begin;  ///< rows below the diagonal of column k: list[begin[k], begin[k + 1])
   std::vector<int> list;   ///< unsorted within a column
   int count(int k) const { return begin[k + 1] - begin[k]; }
+  double operations() const {
+    double sum = 0;
+    for (std::size_t k = 0; k + 1 < begin.size(); ++k) sum += (count(static_cast<int>(k)) + 1.0) * (count(static_cast<int>(k)) + 1.0);
+    return sum;
+  }
 };
 
 std::vector<BlockCholesky::Slot> BlockCholesky::analyze(int n, std::span<const Pair> pairs) {
   n_ = n;
   std::vector<Slot> slots = number_blocks(pairs);
-  find_order();
-  build_supernodes(eliminate());
+  const Adjacency a = adjacency(n, blocks_);
+  Tree tree;
+  if (!extend_order(a, tree)) {
+    find_order();
+    tree = eliminate(a);
+    fresh_size_ = n;
+    fresh_operations_ = tree.operations();
+  }
+  build_supernodes(tree);
   place_entries();
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const auto [i, j] = pairs[k];
@@ -127,9 +140,18 @@ std::vector<BlockCholesky::Slot> BlockCholesky::number_blocks(std::span<const Pa
   return slots;
 }
 
+/// The old order with new variables behind it, as long as that costs little more than a fresh one.
+bool BlockCholesky::extend_order(const Adjacency& a, Tree& tree) {
+  const int old = static_cast<int>(order_.size());
+  if (fresh_size_ == 0 || n_ < old || n_ > fresh_size_ + fresh_size_ / 4) return false;
+  order_.resize(n_);
+  std::iota(order_.begin() + old, order_.end(), old);
+  tree = eliminate(a);
+  return tree.operations() <= 1.3 * fresh_operations_ * n_ / fresh_size_;
+}
+
 void BlockCholesky::find_order() {
   const int n = n_;
-  const Adjacency a = adjacency(n, blocks_);
   std::vector<int> begin(1, 0), list;  // lower triangle by columns, as blocks_ is sorted already
   list.reserve(n + blocks_.size());
   for (int k = 0, b = 0; k < n; ++k) {
@@ -144,19 +166,25 @@ void BlockCholesky::find_order() {
   Eigen::AMDOrdering<int>::PermutationType permutation;
   Eigen::AMDOrdering<int>()(lower.selfadjointView<Eigen::Lower>(), permutation);
   order_.assign(permutation.indices().data(), permutation.indices().data() + n);
-  place_.resize(n);
-  for (int k = 0; k < n; ++k) place_[order_[k]] = k;
-
-  const std::vector<int> post = postorder(elimination_tree(a, order_, place_));
-  std::vector<int> old = order_;
-  for (int k = 0; k < n; ++k) order_[k] = old[post[k]];
-  for (int k = 0; k < n; ++k) place_[order_[k]] = k;
 }
 
-BlockCholesky::Tree BlockCholesky::eliminate() const {
-  const Adjacency a = adjacency(n_, blocks_);
+/// Puts the order into postorder, which changes nothing but makes subtrees contiguous, and finds the
+/// columns of L.
+BlockCholesky::Tree BlockCholesky::eliminate(const Adjacency& a) {
+  place_.resize(n_);
+  for (int k = 0; k < n_; ++k) place_[order_[k]] = k;
+  const std::vector<int> parent = elimination_tree(a, order_, place_);
+  const std::vector<int> post = postorder(parent);
+  std::vector<int> before = order_, position(n_);
+  for (int k = 0; k < n_; ++k) {
+    order_[k] = before[post[k]];
+    place_[order_[k]] = k;
+    position[post[k]] = k;
+  }
   Tree tree;
-  tree.parent = elimination_tree(a, order_, place_);
+  tree.parent.resize(n_);
+  for (int k = 0; k < n_; ++k)
+    tree.parent[k] = parent[post[k]] < 0 ? -1 : position[parent[post[k]]];
   tree.begin.assign(1, 0);
   tree.list.reserve(8 * blocks_.size());
   std::vector<int> seen(n_, -1), first_child(n_, -1), sibling(n_, -1);

@@ -2,6 +2,7 @@
 #include "majak/graph/optimize.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "majak/graph/initialize.hpp"
@@ -47,11 +48,15 @@ bool Optimizer::step(const Kernel& kernel, const PoseGraph& graph, Descent& d, d
       add(dx_, d.poses, trial_);
       const double cost = evaluate(graph, trial_, kernel);
       if (cost <= d.cost) {
+        // Close to the minimum the linear model's error bounds what another step could still gain.
+        const double surprise = std::abs(d.cost - cost - promised);
+        const bool exact = promised <= 1e-2 * d.cost &&
+                           surprise <= options_.relative_tolerance * d.cost && !any_robust_;
         std::swap(d.poses, trial_);
         d.cost = cost;
         damping = damping > kFirstDamping ? damping / kDampingFactor : 0;
-        d.converged = last;
-        return !last;
+        d.converged = last || exact;
+        return !d.converged;
       }
       if (last) {  // rounding is all that is left
         d.converged = true;
