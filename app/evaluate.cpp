@@ -17,6 +17,7 @@
 #include "majak/eval/consistency.hpp"
 #include "majak/eval/map_quality.hpp"
 #include "majak/eval/relations.hpp"
+#include "majak/io/site_file.hpp"
 
 namespace majak::app {
 namespace {
@@ -211,8 +212,13 @@ Json evaluate_map(const EvaluateOptions& options, const Run& run) {
 Run load_run(const EvaluateOptions& options) {
   Run run;
   const fs::path path = options.run;
-  const bool folder = fs::is_directory(path);
-  run.trajectory_file = folder ? (path / "trajectory.tum").string() : options.run;
+  if (fs::is_directory(path)) {
+    run.trajectory_file = (path / "trajectory.tum").string();
+    run.site = io::read_site(path / "site.majak");
+    if (!run.site->scans.empty()) run.T_robot_laser = run.site->scans.front().scan.T_robot_laser;
+  } else {
+    run.trajectory_file = options.run;
+  }
   Report report;
   run.trajectory = eval::read_tum(run.trajectory_file, report);
   warn(report);
@@ -245,7 +251,7 @@ void add_evaluate(CLI::App& app) {
   command->add_option("run", options->run, "result folder, or a trajectory in TUM format")->required();
   command->add_option("--relations", options->relations, "lines `t1 t2 x y z roll pitch yaw`");
   command->add_option("--truth", options->truth, "trajectory in TUM format, or in-log");
-  command->add_option("--mounting", options->mounting, "laser on the robot, when RUN is a .tum file: m m degrees")
+  command->add_option("--mounting", options->mounting, "laser on the robot: m ahead, m to the left, degrees (default: from the result)")
       ->expected(3);
   const std::map<std::string, eval::Alignment> alignments = {{"none", eval::Alignment::none},
                                                              {"first", eval::Alignment::first_pose},
