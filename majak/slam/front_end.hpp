@@ -16,7 +16,7 @@ struct FrontEndOptions {
   double key_distance = 0.25;   ///< m, a new key scan after this way ...
   double key_turn = 0.17;       ///< rad, ... or this turn
   int local_map_keys = 20;      ///< a local map holds this many to twice as many key scans
-  double trusted_score = 0.6;   ///< share of matched points below which the window is searched
+  double trusted_score = 0.75;  ///< share of matched points below which the window is searched
   double search_translation = 0.6;  ///< m, half width of that search without odometry
   double search_rotation = 0.5;     ///< rad
   match::ScanPointsOptions points;
