@@ -4,11 +4,13 @@
 #include <CLI/CLI.hpp>
 
 #include "app/evaluate.hpp"
+#include "app/info.hpp"
 #include "app/simulate.hpp"
 
 namespace majak::app {
 
 void add_commands(CLI::App& app) {
+  add_info(app);
   add_simulate(app);
   add_evaluate(app);
 }
