@@ -83,7 +83,7 @@ Vec3 Pilot::next_twist(const Pose2& T_world_robot, double dt) {
 
 Vec3 Pilot::pursue(double error, double distance, double dt) {
   const double curvature = 2 * std::sin(error) / std::max(distance, 0.1);
-  double goal = speed_allowed() / (1 + std::abs(curvature));
+  double goal = speed_allowed() / (1 + 0.4 * std::abs(curvature));
   goal = std::min(goal, options_.turn_rate / std::max(std::abs(curvature), 1e-9));
   const double speed = approach(twist_.x(), goal, options_.acceleration * dt);
   if (options_.drive == DriveKind::ackermann) {

@@ -20,7 +20,7 @@ struct RobotOptions {
   DriveKind drive = DriveKind::differential;
   double speed = 0.6;         ///< m/s, at most
   double acceleration = 0.5;  ///< m/s^2
-  double turn_rate = 0.8;     ///< rad/s, at most
+  double turn_rate = 1.0;     ///< rad/s, at most
   double track = 0.4;         ///< m, differential
   double wheelbase = 0.4;     ///< m, Ackermann
   double max_steering = radians(40);  ///< rad, Ackermann

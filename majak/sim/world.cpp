@@ -35,8 +35,7 @@ void meet_segment(const Segment& s, const Vec2& origin, const Vec2& direction, i
   const double range = cross(to_a, along) / det;
   const double part = cross(to_a, direction) / det;
   if (range < 0 || range >= best.range || part < 0 || part > 1) return;
-  const double cos_incidence = std::min(1.0, std::abs(det) / along.norm());
-  best = {range, std::acos(cos_incidence), s.reflectivity, object};
+  best = {range, 0, s.reflectivity, object};
 }
 
 void meet_disc(const Disc& d, const Vec2& origin, const Vec2& direction, int object, Hit& best) {
@@ -46,7 +45,17 @@ void meet_disc(const Disc& d, const Vec2& origin, const Vec2& direction, int obj
   if (along <= 0 || half_chord2 < 0) return;
   const double range = along - std::sqrt(half_chord2);
   if (range < 0 || range >= best.range) return;
-  best = {range, std::asin(std::min(1.0, std::abs(aside) / d.radius)), d.reflectivity, object};
+  best = {range, 0, d.reflectivity, object};
+}
+
+/// Between the ray and the surface's normal. Only once a ray, for the hit that counts.
+double incidence_on(const Segment& s, const Vec2& direction) {
+  const Vec2 along = s.b - s.a;
+  return std::acos(std::min(1.0, std::abs(cross(direction, along)) / along.norm()));
+}
+
+double incidence_on(const Disc& d, const Vec2& origin, const Vec2& direction) {
+  return std::asin(std::min(1.0, std::abs(cross(direction, d.centre - origin)) / d.radius));
 }
 
 }  // namespace
@@ -191,7 +200,16 @@ Hit World::cast(const Vec2& origin, double angle, double max_range,
     meet_disc(moving[i], origin, ray.direction, count + static_cast<int>(i), best);
   }
   walk(ray, best);
-  if (best.object < 0) best.range = kInfinity;
+  const int segments = static_cast<int>(scene_.segments.size());
+  if (best.object < 0) {
+    best.range = kInfinity;
+  } else if (best.object < segments) {
+    best.incidence = incidence_on(scene_.segments[best.object], ray.direction);
+  } else {
+    const Disc& disc = best.object < count ? scene_.discs[best.object - segments]
+                                           : moving[static_cast<std::size_t>(best.object - count)];
+    best.incidence = incidence_on(disc, ray.origin, ray.direction);
+  }
   return best;
 }
 
