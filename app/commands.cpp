@@ -2,6 +2,9 @@
 #include "app/commands.hpp"
 
 #include <CLI/CLI.hpp>
+#include <memory>
+#include <sstream>
+#include <string>
 
 #include "app/evaluate.hpp"
 #include "app/info.hpp"
@@ -9,10 +12,26 @@
 
 namespace majak::app {
 
+namespace {
+
+/// The list of subcommands with the first line of each description; the examples that follow it
+/// belong to the subcommand's own help.
+class FirstLines : public CLI::Formatter {
+  std::string make_subcommand(const CLI::App* command) const override {
+    const std::string all = command->get_description();
+    std::stringstream out;
+    CLI::detail::format_help(out, command->get_name(), all.substr(0, all.find('\n')), column_width_);
+    return out.str();
+  }
+};
+
+}  // namespace
+
 void add_commands(CLI::App& app) {
   add_info(app);
   add_simulate(app);
   add_evaluate(app);
+  app.formatter(std::make_shared<FirstLines>());
 }
 
 }  // namespace majak::app

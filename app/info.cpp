@@ -203,14 +203,12 @@ void run(const InfoOptions& options) {
 
 void add_info(CLI::App& app) {
   auto options = std::make_shared<InfoOptions>();
-  CLI::App* command =
-      app.add_subcommand("info", "What is in a log: sensors, rates, gaps, path, what was skipped and why");
-  command->usage(
-      "Examples:\n"
-      "  majak info intel.clf.bz2          what is in it\n"
-      "  majak info victoria_park          a folder is a log, too\n"
-      "  majak info robot.log --json       the same for a script\n\n"
-      "Usage: majak info [OPTIONS] LOG");
+  CLI::App* command = app.add_subcommand("info",
+                                         "What is in a log: sensors, rates, gaps, path, what was skipped and why.\n\n"
+                                         "Examples:\n"
+                                         "  majak info intel.clf.bz2          what is in it\n"
+                                         "  majak info victoria_park          a folder is a log, too\n"
+                                         "  majak info robot.log --json       the same for a script\n");
   command->add_option("LOG", options->log, "CARMEN log (plain, gzip, bzip2) or Victoria Park folder")->required();
   command->add_flag("--json", options->json, "print JSON");
   command->callback([options] { run(*options); });
