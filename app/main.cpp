@@ -15,7 +15,9 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     return 0;
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 1;
+    if (e.get_exit_code() == 0) return app.exit(e);  // --help
+    fmt::print(stderr, "majak: {} (see majak --help)\n", e.what());
+    return 1;
   } catch (const std::exception& e) {
     fmt::print(stderr, "majak: {}\n", e.what());
     return 1;

@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+# From a log to a result folder, with and without odometry: all files, one pose a scan, near the truth.
+. "$(dirname "$0")/lib.sh"
+needs_map
+simulate
+cd "$work" || exit 1
+scans=$(grep -c '^FLASER' short.log)
+
+for flag in "" --no-odometry; do
+  # shellcheck disable=SC2086
+  ok "$majak" map short.log -o "result$flag" $flag
+  for file in $result_files; do non_empty "result$flag/$file"; done
+  poses=$(grep -vc '^#' "result$flag/trajectory.tum")
+  [ "$poses" -eq "$scans" ] || fail "$poses poses for $scans scans"
+  [ -z "$(find "result$flag" -name '*.tmp*' -o -name '.*.?*')" ] || fail "temporary files are left"
+  ok "$majak" evaluate "result$flag" --truth in-log --json
+  rms=$(sed -n '/"ate"/,/"rotation_deg"/ s/.*"rms": \([0-9.e-]*\).*/\1/p' out | head -n 1)
+  awk -v rms="$rms" 'BEGIN { exit !(rms > 0 && rms < 0.10) }' || fail "ATE of $rms m $flag"
+  ok "$majak" evaluate "result$flag"
+done
+# The log's own stamps, in the log's order.
+awk '/^FLASER/ { printf "%.6f\n", $(NF - 2) }' short.log >stamps
+awk '!/^#/ { print $1 }' result/trajectory.tum | cmp -s stamps - || fail "the stamps are not the log's"
