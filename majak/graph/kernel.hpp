@@ -4,29 +4,32 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace majak::graph {
 
+/// How edges marked robust are judged. Measured in docs/MATH.md, table of 2.5.
 enum class Robust {
-  none,                 ///< every edge is believed
-  cauchy,               ///< cost grows with the logarithm
-  dcs,                  ///< dynamic covariance scaling (Agarwal et al. 2013)
-  gnc_geman_mcclure,    ///< graduated non-convexity (Yang et al. 2020)
-  gnc_truncated,        ///< the same with truncated least squares: ends with weights 0 or 1
+  none,           ///< they are believed
+  cauchy,         ///< cost grows with the logarithm: softens, never rejects
+  dcs,            ///< dynamic covariance scaling (Agarwal et al. 2013): far errors have no pull
+  dcs_truncated,  ///< the same, then a verdict: weights end as 0 or 1
+  gnc_truncated,  ///< graduated non-convexity, truncated least squares (Yang et al. 2020)
 };
 
 struct Kernel {
-  Robust kind = Robust::none;
+  enum Kind { quadratic, cauchy, dcs, truncated };
+  Kind kind = quadratic;
   double bound = 1;  ///< squared error at which an edge starts to be doubted
-  double mu = 1;     ///< graduation: convex at infinity (Geman-McClure) or 0 (truncated)
+  /// Graduation of `truncated`: convex at 0, min(s, bound) at infinity.
+  double mu = std::numeric_limits<double>::infinity();
 
   double cost(double s) const {
     switch (kind) {
-      case Robust::none: return s;
-      case Robust::cauchy: return bound * std::log1p(s / bound);
-      case Robust::dcs: return s <= bound ? s : bound * (3 * s - bound) / (s + bound);
-      case Robust::gnc_geman_mcclure: return mu * bound * s / (mu * bound + s);
-      case Robust::gnc_truncated:
+      case quadratic: return s;
+      case cauchy: return bound * std::log1p(s / bound);
+      case dcs: return s <= bound ? s : bound * (3 * s - bound) / (s + bound);
+      case truncated:
         if (s <= low()) return s;
         if (s >= high()) return bound;
         return 2 * std::sqrt(bound * s * mu * (mu + 1)) - mu * (bound + s);
@@ -35,13 +38,12 @@ struct Kernel {
   }
 
   double weight(double s) const {
-    const auto square = [](double v) { return v * v; };
+    const double ratio = 2 * bound / (bound + s);
     switch (kind) {
-      case Robust::none: return 1;
-      case Robust::cauchy: return bound / (bound + s);
-      case Robust::dcs: return s <= bound ? 1 : square(2 * bound / (bound + s));
-      case Robust::gnc_geman_mcclure: return square(mu * bound / (mu * bound + s));
-      case Robust::gnc_truncated:
+      case quadratic: return 1;
+      case cauchy: return bound / (bound + s);
+      case dcs: return s <= bound ? 1 : ratio * ratio;
+      case truncated:
         if (s <= low()) return 1;
         if (s >= high()) return 0;
         return std::clamp(std::sqrt(bound * mu * (mu + 1) / s) - mu, 0.0, 1.0);
@@ -50,8 +52,8 @@ struct Kernel {
   }
 
  private:
-  double low() const { return bound * mu / (mu + 1); }
-  double high() const { return bound * (mu + 1) / mu; }
+  double low() const { return bound / (1 + 1 / mu); }
+  double high() const { return bound * (1 + 1 / mu); }
 };
 
 }  // namespace majak::graph

@@ -11,6 +11,9 @@ namespace majak::graph {
 namespace {
 
 constexpr double kFirstDamping = 1e-4, kDampingFactor = 10, kMaxDamping = 1e8;
+constexpr double kCoarseTolerance = 1e-4;  // of the stage before the verdict
+constexpr double kDoubted = 1e-9;          // weight of a robust edge where to start is found
+constexpr double kLastMu = 1e3;
 
 void add(std::span<const double> dx, std::span<const Pose2> from, std::vector<Pose2>& to) {
   to.resize(from.size());
@@ -21,13 +24,26 @@ void add(std::span<const double> dx, std::span<const Pose2> from, std::vector<Po
 
 }  // namespace
 
+/// What is minimised in the end.
+Kernel Optimizer::final_kernel() const {
+  const double bound = options_.robust_bound;
+  switch (any_robust_ ? options_.robust : Robust::none) {
+    case Robust::none: return {Kernel::quadratic, bound};
+    case Robust::cauchy: return {Kernel::cauchy, bound};
+    case Robust::dcs: return {Kernel::dcs, bound};
+    case Robust::dcs_truncated:
+    case Robust::gnc_truncated: return {Kernel::truncated, bound};
+  }
+  return {};
+}
+
 /// Cost at the poses; leaves chi2_ and weight_ of every edge behind.
 double Optimizer::evaluate(const PoseGraph& graph, std::span<const Pose2> poses,
                            const Kernel& kernel) {
   equations_.edge_chi2(poses, chi2_);
   double sum = 0;
   for (std::size_t k = 0; k < chi2_.size(); ++k) {
-    const bool judged = graph.edges[k].robust;
+    const bool judged = any_robust_ && graph.edges[k].robust;
     weight_[k] = judged ? kernel.weight(chi2_[k]) : 1.0;
     sum += judged ? kernel.cost(chi2_[k]) : chi2_[k];
   }
@@ -36,25 +52,23 @@ double Optimizer::evaluate(const PoseGraph& graph, std::span<const Pose2> poses,
 
 /// One accepted step: undamped first, then with more and more damping. False where the minimum is
 /// reached as far as the tolerance asks, or no step helps (d.converged tells which).
-bool Optimizer::step(const Kernel& kernel, const PoseGraph& graph, Descent& d, double& damping) {
+bool Optimizer::step(const PoseGraph& graph, const Kernel& kernel, double tolerance, Descent& d) {
   equations_.linearize(d.poses, any_robust_ ? std::span<const double>(weight_)
                                             : std::span<const double>());
-  while (iterations_ < options_.max_iterations) {
+  while (iterations_ < options_.max_iterations && damping_ <= kMaxDamping) {
     ++iterations_;
-    const bool solved = equations_.solve(damping, dx_);
-    if (solved) {
-      const double promised = equations_.predicted_decrease(dx_, damping);
-      const bool last = promised <= options_.relative_tolerance * d.cost;
+    if (equations_.solve(damping_, dx_)) {
+      const double promised = equations_.predicted_decrease(dx_, damping_);
+      const bool last = promised <= tolerance * d.cost;
       add(dx_, d.poses, trial_);
       const double cost = evaluate(graph, trial_, kernel);
       if (cost <= d.cost) {
         // Close to the minimum the linear model's error bounds what another step could still gain.
         const double surprise = std::abs(d.cost - cost - promised);
-        const bool exact = promised <= 1e-2 * d.cost &&
-                           surprise <= options_.relative_tolerance * d.cost && !any_robust_;
+        const bool exact = !any_robust_ && promised <= 1e-2 * d.cost && surprise <= tolerance * d.cost;
         std::swap(d.poses, trial_);
         d.cost = cost;
-        damping = damping > kFirstDamping ? damping / kDampingFactor : 0;
+        damping_ = damping_ > kFirstDamping ? damping_ / kDampingFactor : 0;
         d.converged = last || exact;
         return !d.converged;
       }
@@ -63,38 +77,65 @@ bool Optimizer::step(const Kernel& kernel, const PoseGraph& graph, Descent& d, d
         return false;
       }
     }
-    damping = damping > 0 ? damping * kDampingFactor : kFirstDamping;
-    if (damping > kMaxDamping) return false;
+    damping_ = damping_ > 0 ? damping_ * kDampingFactor : kFirstDamping;
   }
   return false;
 }
 
-Optimizer::Descent Optimizer::descend(const PoseGraph& graph, std::vector<Pose2> poses,
-                                      Kernel kernel) {
-  Descent d{std::move(poses), 0, false};
+void Optimizer::descend(const PoseGraph& graph, const Kernel& kernel, double tolerance, Descent& d) {
   d.cost = evaluate(graph, d.poses, kernel);
-  for (double damping = 0; step(kernel, graph, d, damping);) {
+  d.converged = false;
+  damping_ = 0;
+  while (step(graph, kernel, tolerance, d)) {
   }
-  d.cost = evaluate(graph, d.poses, kernel);
-  return d;
+}
+
+/// From a nearly convex cost to the truncated one, one step at each stage (Yang et al. 2020).
+void Optimizer::graduate(const PoseGraph& graph, Descent& d) {
+  Kernel kernel = final_kernel();
+  evaluate(graph, d.poses, kernel);
+  double worst = 0;
+  for (std::size_t k = 0; k < chi2_.size(); ++k)
+    if (graph.edges[k].robust) worst = std::max(worst, chi2_[k]);
+  if (worst <= kernel.bound) return;
+  for (kernel.mu = kernel.bound / (2 * worst - kernel.bound); kernel.mu < kLastMu; kernel.mu *= 2) {
+    d.cost = evaluate(graph, d.poses, kernel);
+    damping_ = 0;
+    step(graph, kernel, 0, d);
+  }
 }
 
 Optimizer::Descent Optimizer::run(const PoseGraph& graph, std::vector<Pose2> poses) {
-  return descend(graph, std::move(poses),
-                 {any_robust_ ? options_.robust : Robust::none, options_.robust_bound, 1});
+  Descent d{std::move(poses), 0, false};
+  iterations_ = 0;
+  if (any_robust_ && options_.robust == Robust::dcs_truncated)
+    descend(graph, {Kernel::dcs, options_.robust_bound}, kCoarseTolerance, d);
+  if (any_robust_ && options_.robust == Robust::gnc_truncated) graduate(graph, d);
+  descend(graph, final_kernel(), options_.relative_tolerance, d);
+  return d;
+}
+
+/// Edges that may be false have next to no say in where to start; they only hold together what
+/// nothing else does.
+std::vector<Pose2> Optimizer::initial_poses(const PoseGraph& graph) {
+  if (!any_robust_) return initialize(graph, equations_);
+  std::vector<double> weights;
+  for (const Edge& e : graph.edges) weights.push_back(e.robust ? kDoubted : 1.0);
+  return initialize(graph, equations_, weights);
 }
 
 Optimizer::Descent Optimizer::run_best(const PoseGraph& graph, Summary& summary) {
-  std::vector<Pose2> initial = initialize(graph, equations_);
-  const bool better = equations_.weighted_chi2(initial) < summary.initial_chi2;
+  std::vector<Pose2> initial = initial_poses(graph);
+  const Kernel kernel = final_kernel();
+  const bool better = evaluate(graph, initial, kernel) < evaluate(graph, graph.poses, kernel);
   std::vector<Pose2> other = better ? graph.poses : initial;
   Descent first = run(graph, better ? std::move(initial) : graph.poses);
   summary.initialized = better;
-  // A cost near the degrees of freedom is what a right minimum has; one far above may be a wrong one.
+  summary.iterations = iterations_;
+  // A right minimum has a cost near the degrees of freedom; one far above may be a wrong one.
   if (first.converged && first.cost <= 2.0 * equations_.degrees_of_freedom()) return first;
-  const int used = std::exchange(iterations_, 0);
   Descent second = run(graph, std::move(other));
-  iterations_ += used;
+  summary.iterations += iterations_;
   if (!(second.cost < first.cost)) return first;
   summary.initialized = !better;
   return second;
@@ -108,7 +149,6 @@ Summary Optimizer::optimize(PoseGraph& graph) {
   weight_.assign(edges, 1.0);
   any_robust_ = options_.robust != Robust::none &&
                 std::any_of(graph.edges.begin(), graph.edges.end(), [](auto& e) { return e.robust; });
-  iterations_ = 0;
 
   Summary summary;
   summary.initial_chi2 = equations_.weighted_chi2(graph.poses);
@@ -117,14 +157,12 @@ Summary Optimizer::optimize(PoseGraph& graph) {
     d = run_best(graph, summary);
   } else {
     summary.initialized = options_.start == Start::initialized;
-    d = run(graph, summary.initialized ? initialize(graph, equations_) : graph.poses);
+    d = run(graph, summary.initialized ? initial_poses(graph) : graph.poses);
+    summary.iterations = iterations_;
   }
   graph.poses = std::move(d.poses);
-  summary.iterations = iterations_;
   summary.converged = d.converged;
-  summary.final_cost = d.cost;
-  const Kernel kernel{any_robust_ ? options_.robust : Robust::none, options_.robust_bound, 1};
-  evaluate(graph, graph.poses, kernel);
+  summary.final_cost = evaluate(graph, graph.poses, final_kernel());
   for (std::size_t k = 0; k < edges; ++k) summary.final_chi2 += weight_[k] * chi2_[k];
   summary.edge_chi2 = chi2_;
   summary.edge_weight = weight_;

@@ -19,7 +19,7 @@ namespace majak::graph {
 
 enum class Start {
   given,        ///< the poses as they are: right when they are nearly right
-  initialized,  ///< from the edges alone, see initialize()
+  initialized,  ///< from the edges alone, see initialize(); robust ones hardly count
   best,         ///< the better of the two; both are followed if the first ends implausibly high
 };
 
@@ -27,7 +27,7 @@ struct OptimizeOptions {
   int max_iterations = 50;           ///< linear solves, 0 ... 1000
   double relative_tolerance = 1e-7;  ///< stop when a step promises less of chi2 than this
   Start start = Start::best;
-  Robust robust = Robust::gnc_truncated;  ///< for edges marked robust
+  Robust robust = Robust::dcs_truncated;  ///< for edges marked robust
   double robust_bound = 16.27;            ///< chi2 of an edge that is doubted (99.9 % at 3 dof)
 };
 
@@ -57,18 +57,21 @@ class Optimizer {
     double cost = 0;
     bool converged = false;
   };
-  Descent descend(const PoseGraph& graph, std::vector<Pose2> poses, Kernel kernel);
-  Descent graduate(const PoseGraph& graph, std::vector<Pose2> poses);
   Descent run(const PoseGraph& graph, std::vector<Pose2> poses);
   Descent run_best(const PoseGraph& graph, Summary& summary);
+  void descend(const PoseGraph& graph, const Kernel& kernel, double tolerance, Descent& d);
+  void graduate(const PoseGraph& graph, Descent& d);
+  bool step(const PoseGraph& graph, const Kernel& kernel, double tolerance, Descent& d);
   double evaluate(const PoseGraph& graph, std::span<const Pose2> poses, const Kernel& kernel);
-  bool step(const Kernel& kernel, const PoseGraph& graph, Descent& d, double& damping);
+  std::vector<Pose2> initial_poses(const PoseGraph& graph);
+  Kernel final_kernel() const;
 
   OptimizeOptions options_;
   NormalEquations equations_;
   std::vector<double> chi2_, weight_, dx_;
   std::vector<Pose2> trial_;
-  int iterations_ = 0;
+  int iterations_ = 0;  ///< of the present descent from one start
+  double damping_ = 0;
   bool any_robust_ = false;
 };
 
