@@ -109,9 +109,9 @@ std::string frame(const Axes& axes) {
   for (const double x : ticks(axes.x_max - axes.x_min, 8)) {
     if (x > axes.x_max - axes.x_min) break;
     out += fmt::format("<text x=\"{}\" y=\"{}\" class=\"mid\">{}</text>", number(axes.x(axes.x_min + x), 1),
-                       kHeight - 7, number(x, 6));
+                       kHeight - 7, number(x, 6) + (x == 0 ? " min" : ""));
   }
-  return out + fmt::format("<text x=\"{}\" y=\"{}\" class=\"end\">min</text>\n", kWidth - kRight, kTop - 8);
+  return out + '\n';
 }
 
 }  // namespace

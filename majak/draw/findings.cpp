@@ -75,14 +75,21 @@ void say_mounting(const OdometryFindings& o, std::vector<std::string>& out) {
 std::vector<std::string> odometry_in_words(const Site& site) {
   const OdometryFindings& o = site.odometry;
   if (!site.used_odometry) return {"No odometry was used: the motion comes from the laser alone."};
+  const bool silent = !o.lag_s.used && !o.translation_scale.used && !o.rotation_scale.used;
   std::vector<std::string> out;
-  say_lag(o, out);
+  if (silent) {
+    out.push_back("This log does not tell whether the odometry is late or wrong in scale; it is used as it stands.");
+  } else {
+    say_lag(o, out);
+  }
   if (o.reversed_records > 0) {
     out.push_back(fmt::format("{} of its records state the wrong direction of travel (forward while the robot backs, "
                               "or the other way round); they are turned round.", o.reversed_records));
   }
-  say_scale(o.translation_scale, "distances", "short", "long", out);
-  say_scale(o.rotation_scale, "turns", "small", "large", out);
+  if (!silent) {
+    say_scale(o.translation_scale, "distances", "short", "long", out);
+    say_scale(o.rotation_scale, "turns", "small", "large", out);
+  }
   say_mounting(o, out);
   if (o.translation_noise > 0 || o.rotation_noise > 0) {
     out.push_back(fmt::format("So mended it errs by about {} cm after 1 m and {} cm after 10 m, and by {} degrees in a turn "
