@@ -128,12 +128,13 @@ Vec3 Pilot::shunt(double error, double dt) {
 
 /// An omnidirectional robot goes straight to its aim, whatever way it faces, and turns meanwhile.
 Vec3 Pilot::slide(double error, double dt) {
-  const double speed = speed_allowed();
-  const double step = options_.acceleration * dt;
+  const Vec2 goal = speed_allowed() * Vec2(std::cos(error), std::sin(error));
+  Vec2 change = goal - twist_.head<2>();
+  const double most = options_.acceleration * dt;
+  if (change.norm() > most) change *= most / change.norm();
+  const Vec2 velocity = twist_.head<2>() + change;
   const double turn = std::clamp(1.2 * error, -options_.turn_rate, options_.turn_rate);
-  return {approach(twist_.x(), speed * std::cos(error), step),
-          approach(twist_.y(), speed * std::sin(error), step),
-          approach(twist_.z(), turn, kTurnAcceleration * dt)};
+  return {velocity.x(), velocity.y(), approach(twist_.z(), turn, kTurnAcceleration * dt)};
 }
 
 }  // namespace majak::sim

@@ -89,10 +89,17 @@ Time Simulator::stamp_of(Duration time) const {
   return (stamp + kMicrosecond / 2) / kMicrosecond * kMicrosecond;
 }
 
+Duration Simulator::odometry_time(std::int64_t record) const {
+  return from_seconds(static_cast<double>(record) / options_.odometry_rate);
+}
+
 std::optional<Event> Simulator::next() {
-  // Nothing that is still to be produced can arrive before the next scan's own time.
+  // What is still to be produced arrives at its own time at the earliest.
+  const auto earliest = [this] {
+    return stamp_of(std::min(next_scan_ * period_, odometry_time(next_odometry_)));
+  };
   while (next_scan_ * period_ + sensor::scan_duration(variant_) <= run_.duration() &&
-         (waiting_.empty() || waiting_.begin()->first.first >= stamp_of(next_scan_ * period_))) {
+         (waiting_.empty() || waiting_.begin()->first.first >= earliest())) {
     produce();
   }
   if (waiting_.empty()) return std::nullopt;
@@ -108,8 +115,7 @@ void Simulator::produce() {
   const Duration scan_time = next_scan_ * period_;
   const Duration lag = from_seconds(options_.odometry_lag);
   for (;; ++next_odometry_) {
-    const Duration time =
-        from_seconds(static_cast<double>(next_odometry_) / options_.odometry_rate);
+    const Duration time = odometry_time(next_odometry_);
     if (time > scan_time) break;
     const RobotState& state = run_.state(time - lag);
     const Time stamp = stamp_of(time);

@@ -64,6 +64,7 @@ class Simulator {
   void produce();
   void put(Time arrival, Event event);
   Time stamp_of(Duration time) const;
+  Duration odometry_time(std::int64_t record) const;
   Time arrival_of_scan(std::int64_t scan);
   Scan make_scan(std::int64_t scan, Time stamp) const;
   std::vector<Disc> people_at(Duration time, const Vec2& robot) const;

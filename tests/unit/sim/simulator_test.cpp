@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/sim/simulator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+#include "majak/core/error.hpp"
+#include "majak/sim/buildings.hpp"
+
+namespace majak::sim {
+namespace {
+
+class SimulatorTest : public testing::Test {
+ protected:
+  static const World& world() {
+    static const World w(building());
+    return w;
+  }
+  /// A quarter of a minute with corners.
+  static const Path& path() {
+    static const Path p = [] {
+      Path whole = plan_tour(world());
+      whole.points.resize(200);
+      return whole;
+    }();
+    return p;
+  }
+  static SimulationOptions quiet() {
+    SimulationOptions o;
+    scale_noise(o, 0);
+    return o;
+  }
+  template <class T>
+  static std::vector<T> all(const std::vector<Event>& events) {
+    std::vector<T> out;
+    for (const Event& e : events) {
+      if (const T* t = std::get_if<T>(&e)) out.push_back(*t);
+    }
+    return out;
+  }
+};
+
+/// Every bit of every number, in order.
+std::uint64_t fingerprint(const std::vector<Event>& events) {
+  std::uint64_t hash = 14695981039346656037ULL;
+  const auto add = [&hash](auto value) {
+    hash = (hash ^ static_cast<std::uint64_t>(value)) * 1099511628211ULL;
+  };
+  const auto add_pose = [&](const Pose2& T) {
+    for (const double v : {T.x, T.y, T.theta}) add(std::bit_cast<std::uint64_t>(v));
+  };
+  for (const Event& e : events) {
+    add(e.index());
+    add(time_of(e));
+    if (const auto* scan = std::get_if<Scan>(&e)) {
+      for (const float r : scan->ranges) add(std::bit_cast<std::uint32_t>(r));
+      add_pose(*scan->T_odom_robot);
+    } else if (const auto* odometry = std::get_if<Odometry>(&e)) {
+      add_pose(odometry->T_odom_robot);
+    } else if (const auto* truth = std::get_if<Truth>(&e)) {
+      add_pose(truth->T_world_robot);
+    }
+  }
+  return hash;
+}
+
+TEST_F(SimulatorTest, EqualSeedsGiveEqualBytes) {
+  SimulationOptions o;
+  o.people = 3;
+  o.stamp_bursts = 0.1;
+  const auto once = fingerprint(simulate(world(), path(), o));
+  EXPECT_EQ(once, fingerprint(simulate(world(), path(), o)));
+  o.seed = 2;
+  EXPECT_NE(once, fingerprint(simulate(world(), path(), o)));
+}
+
+TEST_F(SimulatorTest, WithoutNoiseEveryBeamIsTheRayFromWhereTheRobotWasThen) {
+  for (const int beams : {181, 361, 401}) {
+    SimulationOptions o = quiet();
+    o.beams = beams;
+    o.mounting_y = -0.07;
+    o.mounting_theta = 0.1;
+    Simulator simulator(world(), path(), o);
+    const auto variant = sensor::variant_of_beams(beams);
+    double moved = 0;
+    while (const auto event = simulator.next()) {
+      const auto* scan = std::get_if<Scan>(&*event);
+      if (scan == nullptr) continue;
+      const Duration begin = scan->time - from_seconds(o.start_time);
+      ASSERT_EQ(static_cast<int>(scan->ranges.size()), beams);
+      const Pose2 T_standing = simulator.run().truth(begin) * scan->T_robot_laser;
+      for (int i = 0; i < beams; i += 7) {
+        const Pose2 T =
+            simulator.run().truth(begin + sensor::beam_time(variant, i)) * scan->T_robot_laser;
+        const double expected = world().cast(T.translation(), T.theta + scan->angle(i), 80).range;
+        // Stamps are rounded to a microsecond: at a wall's edge the ray may pass it, then.
+        if (std::abs(scan->ranges[i] - expected) > 1e-4) {
+          const double aside = world().cast(T.translation(), T.theta + scan->angle(i) + 1e-5, 80).range;
+          const double other = world().cast(T.translation(), T.theta + scan->angle(i) - 1e-5, 80).range;
+          EXPECT_GT(std::abs(aside - other), 0.01) << scan->ranges[i] << " " << expected;
+        }
+        const double standing =
+            world().cast(T_standing.translation(), T_standing.theta + scan->angle(i), 80).range;
+        moved = std::max(moved, std::abs(standing - scan->ranges[i]));
+      }
+    }
+    EXPECT_GT(moved, 0.01);  // the motion within a scan is there
+  }
+}
+
+TEST_F(SimulatorTest, NoiseIsWhatTheSensorModelSays) {
+  SimulationOptions o = quiet();
+  o.laser.statistical_error = 0.01;
+  const auto clean = all<Scan>(simulate(world(), path(), quiet()));
+  const auto noisy = all<Scan>(simulate(world(), path(), o));
+  double sum = 0, squares = 0;
+  int n = 0;
+  for (std::size_t s = 0; s < clean.size(); s += 5) {
+    for (std::size_t i = 0; i < clean[s].ranges.size(); ++i) {
+      const double e = static_cast<double>(noisy[s].ranges[i]) - static_cast<double>(clean[s].ranges[i]);
+      sum += e;
+      squares += e * e;
+      ++n;
+    }
+  }
+  EXPECT_NEAR(sum / n, 0, 4 * 0.01 / std::sqrt(n));
+  EXPECT_NEAR(squares / (0.01 * 0.01), n, 4 * std::sqrt(2.0 * n));
+}
+
+TEST_F(SimulatorTest, EventsComeInTheOrderOfTheirTimes) {
+  for (const double bursts : {0.0, 0.2}) {
+    SimulationOptions o;
+    o.stamp_bursts = bursts;
+    const auto events = simulate(world(), path(), o);
+    for (std::size_t i = 1; i < events.size(); ++i) {
+      EXPECT_LE(time_of(events[i - 1]), time_of(events[i]));
+    }
+    for (const Event& e : events) EXPECT_EQ(time_of(e) % 1000, 0);  // whole microseconds
+  }
+}
+
+TEST_F(SimulatorTest, EveryScanIsFollowedByItsTruth) {
+  SimulationOptions o;
+  Simulator simulator(world(), path(), o);
+  std::optional<Time> open;
+  int truths = 0;
+  while (const auto event = simulator.next()) {
+    if (const auto* scan = std::get_if<Scan>(&*event)) {
+      EXPECT_FALSE(open.has_value());
+      open = scan->time;
+    } else if (const auto* truth = std::get_if<Truth>(&*event)) {
+      ASSERT_TRUE(open == truth->time);
+      const Pose2 T = simulator.run().truth(truth->time - from_seconds(o.start_time));
+      EXPECT_LT(log(between(T, truth->T_world_robot)).norm(), 1e-6);
+      open.reset();
+      ++truths;
+    }
+  }
+  EXPECT_GT(truths, 200);
+}
+
+TEST_F(SimulatorTest, RatesAreWholeTurnsOfTheMirror) {
+  SimulationOptions o;
+  for (const auto& [wanted, got] : {std::pair{7.5, 7.5}, {10.0, 9.375}, {75.0, 75.0}}) {
+    o.scan_rate = wanted;
+    const auto scans = all<Scan>(simulate(world(), path(), o));
+    const double span = to_seconds(scans.back().time - scans.front().time);
+    EXPECT_NEAR(static_cast<double>(scans.size() - 1) / span, got, 1e-4);
+  }
+  o.beams = 361;
+  o.scan_rate = 75;  // half a degree needs two turns
+  EXPECT_EQ(Simulator(world(), path(), o).scan_period(), 2 * sensor::kMirrorTurn);
+  const auto odometry = all<Odometry>(simulate(world(), path(), {}));
+  EXPECT_EQ(odometry[30].time - odometry[20].time, kSecond);
+}
+
+TEST_F(SimulatorTest, LaggingOdometryShowsThePast) {
+  SimulationOptions o;
+  o.odometry_lag = 0.15;
+  Simulator simulator(world(), path(), o);
+  const Duration lag = from_seconds(0.15);
+  while (const auto event = simulator.next()) {
+    const Duration t = time_of(*event) - from_seconds(o.start_time);
+    const Pose2 late = simulator.run().odometry(t - lag);
+    if (const auto* odometry = std::get_if<Odometry>(&*event)) {
+      EXPECT_LT(log(between(late, odometry->T_odom_robot)).norm(), 1e-6);
+    } else if (const auto* scan = std::get_if<Scan>(&*event)) {
+      EXPECT_LT(log(between(late, *scan->T_odom_robot)).norm(), 1e-5);
+    }
+  }
+}
+
+TEST_F(SimulatorTest, MountingIsToldOrNot) {
+  SimulationOptions o = quiet();
+  o.mounting_x = 0.3;
+  const auto told = all<Scan>(simulate(world(), path(), o));
+  o.tell_mounting = false;
+  const auto untold = all<Scan>(simulate(world(), path(), o));
+  EXPECT_EQ(told[0].T_robot_laser, (Pose2{0.3, 0, 0}));
+  EXPECT_EQ(untold[0].T_robot_laser, Pose2{});
+  EXPECT_EQ(told[9].ranges, untold[9].ranges);  // what is seen does not change
+}
+
+TEST_F(SimulatorTest, BurstsMoveStampsAndNothingElse) {
+  SimulationOptions o;
+  const auto regular = all<Scan>(simulate(world(), path(), o));
+  o.stamp_bursts = 0.1;
+  const auto events = simulate(world(), path(), o);
+  const auto bursty = all<Scan>(events);
+  const auto truths = all<Truth>(events);
+  ASSERT_EQ(regular.size(), bursty.size());
+  std::size_t late = 0;
+  for (std::size_t i = 0; i < regular.size(); ++i) {
+    EXPECT_EQ(regular[i].ranges, bursty[i].ranges);
+    EXPECT_GE(bursty[i].time, regular[i].time);
+    EXPECT_LT(to_seconds(bursty[i].time - regular[i].time), 1.2);
+    EXPECT_EQ(truths[i].time, bursty[i].time);
+    late += bursty[i].time != regular[i].time ? 1 : 0;
+  }
+  EXPECT_GT(late, regular.size() / 10);
+  EXPECT_LT(late, regular.size() * 6 / 10);
+}
+
+TEST_F(SimulatorTest, PeopleAreSeenAndWalk) {
+  SimulationOptions o = quiet();
+  const auto empty = all<Scan>(simulate(world(), path(), o));
+  o.people = 20;
+  const auto busy = all<Scan>(simulate(world(), path(), o));
+  std::size_t nearer = 0, farther = 0;
+  for (std::size_t s = 0; s < empty.size(); ++s) {
+    for (std::size_t i = 0; i < empty[s].ranges.size(); ++i) {
+      nearer += busy[s].ranges[i] < empty[s].ranges[i] - 0.01f ? 1 : 0;
+      farther += busy[s].ranges[i] > empty[s].ranges[i] + 0.01f ? 1 : 0;
+    }
+  }
+  EXPECT_GT(nearer, empty.size());
+  EXPECT_EQ(farther, 0u);
+}
+
+TEST_F(SimulatorTest, ShortSightedInTheLongCorridor) {
+  const World empty(corridor());
+  SimulationOptions o = quiet();
+  o.laser.max_range = 8;
+  Simulator simulator(empty, plan_tour(empty, {.short_tour = true}), o);
+  std::size_t returns = 0;
+  while (const auto event = simulator.next()) {
+    const auto* scan = std::get_if<Scan>(&*event);
+    if (scan == nullptr) continue;
+    EXPECT_EQ(scan->max_range, 8.0f);
+    const Pose2 T = simulator.run().truth(scan->time - from_seconds(o.start_time)) * scan->T_robot_laser;
+    for (std::size_t i = 0; i < scan->ranges.size(); ++i) {
+      if (!std::isfinite(scan->ranges[i])) continue;
+      const double r = scan->ranges[i], a = scan->angle(i);
+      EXPECT_NEAR(std::abs((T * Vec2(r * std::cos(a), r * std::sin(a))).y()), 1.2, 0.03);
+      ++returns;
+    }
+  }
+  EXPECT_GT(returns, 10000u);
+}
+
+TEST_F(SimulatorTest, NonsenseIsAnError) {
+  const auto refuses = [&](auto change) {
+    SimulationOptions o;
+    change(o);
+    EXPECT_THROW(Simulator(world(), path(), o), Error);
+  };
+  refuses([](SimulationOptions& o) { o.beams = 180; });
+  refuses([](SimulationOptions& o) { o.scan_rate = 0; });
+  refuses([](SimulationOptions& o) { o.odometry_rate = -1; });
+  refuses([](SimulationOptions& o) { o.odometry_lag = 100; });
+  refuses([](SimulationOptions& o) { o.people = -1; });
+  refuses([](SimulationOptions& o) { o.start_time = std::nan(""); });
+}
+
+TEST_F(SimulatorTest, OptionsDescribeThemselves) {
+  SimulationOptions o;
+  OptionFields fields;
+  describe(fields, o);
+  std::vector<std::string> names;
+  for (const OptionField& f : fields.list) {
+    names.push_back(f.name);
+    if (const auto* value = std::get_if<double*>(&f.value)) {
+      EXPECT_TRUE(**value >= f.info.min && **value <= f.info.max) << f.name;
+    }
+  }
+  std::sort(names.begin(), names.end());
+  EXPECT_EQ(std::adjacent_find(names.begin(), names.end()), names.end());
+}
+
+}  // namespace
+}  // namespace majak::sim
