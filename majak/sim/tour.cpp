@@ -17,7 +17,7 @@ namespace {
 constexpr double kCell = 0.2;          // m
 constexpr double kComfort = 0.8;       // m; a wider berth is not worth a detour
 constexpr double kWallCost = 4.0;      // a metre along a wall costs this many more
-constexpr std::size_t kMaxPlaces = 80; // of a tour that is made up
+constexpr std::size_t kMinPlaces = 5, kMaxPlaces = 80;  // of a tour that is made up
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
 /// How far every cell is from the nearest surface (up to kComfort), and ways between cells.
@@ -53,13 +53,13 @@ class Floor {
     const bool inside = column >= 0 && row >= 0 && column < columns_ && row < rows_;
     return inside ? row * columns_ + column : -1;
   }
-  /// The free cell nearest to p within 0.6 m, or -1.
+  /// The free cell nearest to p within 0.6 m, with no wall between, or -1.
   int free_cell_near(const Vec2& p) const {
     int best = -1;
     double best_distance = 0.6;
     for (int c = 0; c < cells(); ++c) {
       const double d = (centre(c) - p).norm();
-      if (d < best_distance && free(c)) {
+      if (d < best_distance && free(c) && sees(p, centre(c))) {
         best = c;
         best_distance = d;
       }
@@ -87,6 +87,11 @@ class Floor {
         clearance_[c] = std::min(clearance_[c], static_cast<float>(distance(centre(c))));
       }
     }
+  }
+
+  bool sees(const Vec2& from, const Vec2& to) const {
+    const Vec2 way = to - from;
+    return world_.cast(from, std::atan2(way.y(), way.x()), way.norm()).object < 0;
   }
 
   const World& world_;
@@ -151,9 +156,8 @@ std::vector<Vec2> resample(const std::vector<Vec2>& points, double step) {
   return out;
 }
 
-/// Places all over the floor that can be reached, the widest ones first, none within `spacing` of
-/// another; then in the order in which the nearest is visited next, and back to the start.
-std::vector<Vec2> make_tour(const Floor& floor, int start, double spacing) {
+/// Cells that can be reached, the widest places first, none within `spacing` of another.
+std::vector<int> spread_places(const Floor& floor, int start, double spacing) {
   const Floor::Ways reach = floor.ways(start);
   std::vector<int> wide;
   for (int c = 0; c < floor.cells(); ++c) {
@@ -163,12 +167,21 @@ std::vector<Vec2> make_tour(const Floor& floor, int start, double spacing) {
                    [&](int a, int b) { return floor.clearance(a) > floor.clearance(b); });
   std::vector<int> places;
   for (const int c : wide) {
-    const auto close = [&](int p) {
-      return (floor.centre(p) - floor.centre(c)).norm() < spacing;
-    };
+    const auto close = [&](int p) { return (floor.centre(p) - floor.centre(c)).norm() < spacing; };
     if (places.size() < kMaxPlaces && std::none_of(places.begin(), places.end(), close)) {
       places.push_back(c);
     }
+  }
+  return places;
+}
+
+/// Places all over the floor, in the order in which the nearest is visited next, and back to the
+/// start. On a small floor they lie closer together.
+std::vector<Vec2> make_tour(const Floor& floor, int start, double spacing) {
+  std::vector<int> places = spread_places(floor, start, spacing);
+  while (places.size() < kMinPlaces && spacing > 2 * kCell) {
+    spacing /= 2;
+    places = spread_places(floor, start, spacing);
   }
   std::vector<Vec2> tour;
   int here = start;

@@ -101,5 +101,17 @@ TEST(Tour, ImpossibleToursSayWhere) {
               testing::ThrowsMessage<Error>(testing::HasSubstr("no room")));
 }
 
+TEST(Tour, NeverStartsOnTheOtherSideOfAWall) {
+  // Outside there is room, within half a metre of the start.
+  const World tiny(parse_plan("######\n#>...#\n######\n", "plan", 0.3));
+  EXPECT_THAT([&] { plan_tour(tiny); },
+              testing::ThrowsMessage<Error>(testing::HasSubstr("no room")));
+}
+
+TEST(Tour, SmallRoomsAreTouredToo) {
+  const World room(parse_plan("########\n#>.....#\n#......#\n#......#\n########\n", "plan", 0.5));
+  EXPECT_GT(length(plan_tour(room).points), 3);
+}
+
 }  // namespace
 }  // namespace majak::sim
