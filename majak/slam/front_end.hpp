@@ -17,6 +17,7 @@ struct FrontEndOptions {
   double key_turn = 0.17;       ///< rad, ... or this turn
   int local_map_keys = 20;      ///< a local map holds this many to twice as many key scans
   double trusted_score = 0.75;  ///< share of matched points below which the window is searched
+  double weak_score = 0.6;      ///< share below which the step is not to be trusted at all
   double search_translation = 0.6;  ///< m, half width of that search without odometry
   double search_rotation = 0.5;     ///< rad
   match::ScanPointsOptions points;

@@ -13,9 +13,9 @@
 namespace majak::slam {
 
 struct JointRefinementOptions {
-  int rounds = 3;             ///< how often pairs are found anew
+  int rounds = 2;             ///< how often pairs are found anew
   int near_in_time = 3;       ///< pairs with the key scans 1, 2, 4 ... before
-  int near_in_space = 6;      ///< pairs with other visits to the place
+  int near_in_space = 3;      ///< pairs with other visits to the place
   double reach = 4.0;         ///< m, between the robots of a pair
   double gate = 0.15;         ///< m, between paired returns, first round; half of it at last
   double sigma = 0.02;        ///< m, of a return off its surface

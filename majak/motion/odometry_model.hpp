@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// OdometryModel: what the wheels say about a motion, distrusted. It compares the odometry with the
+// laser's own motion as the log goes by and learns the odometry's lag, scale and direction of travel,
+// and where the laser sits; predictions are made with what was learnt.
+//
+//   laser motion = D^-1 * mended wheel motion(t + lag) * D,   D = (x, y, theta) of the laser's true
+//   mounting against the nominal one (hand-eye relation, docs/MATH.md "Odometry").
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "majak/core/event.hpp"
+#include "majak/core/site.hpp"
+
+namespace majak::motion {
+
+struct OdometryModelOptions {
+  double floor_translation = 0.02;  ///< m, least sigma of a predicted motion
+  double floor_rotation = 0.02;     ///< rad
+  double share = 0.2;               ///< sigma per unit of predicted motion before anything is learnt
+  double max_lag = 0.30;            ///< s, searched on both sides
+  double lag_step = 0.02;           ///< s
+};
+
+/// A predicted motion of the robot between two scans.
+struct PredictedMotion {
+  Pose2 T_previous_robot;
+  double sigma_translation = 0;  ///< m
+  double sigma_rotation = 0;     ///< rad
+};
+
+class OdometryModel {
+ public:
+  explicit OdometryModel(const OdometryModelOptions& options = {}) : options_(options) {}
+
+  void add(const Odometry& odometry);
+  /// A scan arrives; its own odometry record, if it has one, is kept with it.
+  void add(const Scan& scan);
+
+  /// Is all odometry there that a prediction up to scan number `scan` wants?
+  bool ready(std::size_t scan) const;
+  /// Motion between scan - 1 and scan (numbers in order of add); nothing without odometry.
+  std::optional<PredictedMotion> predict(std::size_t scan) const;
+  /// The odometry's own path at a scan, mended, in the odometry's frame.
+  std::optional<Pose2> pose(std::size_t scan) const;
+
+  /// Tells how the robot moved from scan - 1 to scan by the laser; `trusted` if the match was good.
+  void observe(std::size_t scan, const Pose2& T_previous_robot, bool trusted);
+
+  const OdometryFindings& findings() const { return findings_; }
+
+ private:
+  struct Sample {
+    Time time;
+    Pose2 raw, mended;
+    double speed;  ///< m/s, 0 if the log does not say
+  };
+  /// One chain of odometry poses. `records`: the poses in the scans' records, sample i is scan i's.
+  struct Stream {
+    std::vector<Sample> samples;
+    std::vector<Time> latest;  ///< running maximum of the stamps: what is searched
+    void push(Time time, const Pose2& pose, double speed, bool reversed);
+    std::optional<Pose2> at(Time time) const;
+  };
+  struct Choice {
+    bool records = true;
+    Duration lag = 0;
+    bool operator==(const Choice&) const = default;
+  };
+  struct Observed {
+    Pose2 motion;
+    bool trusted = false;
+  };
+
+  std::optional<Pose2> pose(const Choice& choice, std::size_t scan) const;
+  std::optional<Pose2> wheel_motion(const Choice& choice, std::size_t scan) const;
+  double disagreement(const Choice& choice, std::size_t first) const;
+  void learn();
+  void learn_direction(std::size_t first);
+  void learn_lag(std::size_t first);
+  void learn_linear(std::size_t first);
+  void mend();
+
+  OdometryModelOptions options_;
+  Stream records_, stream_;
+  std::vector<Time> scan_times_;
+  std::vector<Observed> observed_;
+  Choice choice_;
+  bool reversed_ = false;          ///< a negative stated speed goes with a positive step
+  double scale_ = 1, turn_scale_ = 1;
+  Pose2 offset_;                   ///< D
+  double noise_translation_ = -1, noise_rotation_ = -1;  ///< shares learnt
+  std::size_t next_learning_ = 300;
+  OdometryFindings findings_;
+};
+
+}  // namespace majak::motion

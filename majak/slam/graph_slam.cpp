@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/slam/graph_slam.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <cmath>
+#include <utility>
+
+#include "majak/core/error.hpp"
+#include "majak/graph/marginals.hpp"
+
+namespace majak::slam {
+namespace {
+
+constexpr std::size_t kPatience = 10;  // scans that may queue behind one that waits for odometry
+
+Mat3 rotation3(double theta) {
+  const double c = std::cos(theta), s = std::sin(theta);
+  Mat3 r;
+  r << c, -s, 0, s, c, 0, 0, 0, 1;
+  return r;
+}
+
+// Information of the step to a key scan from its match: the matcher's own, which knows the weak
+// directions, widened by what returns of one wall have in common.
+Mat3 step_information(const FrontEndStep& step, bool weak) {
+  const Mat3 r = rotation3(step.T_map_robot.theta);
+  const Mat3 information = r.transpose() * step.match.information * r + 1e-3 * Mat3::Identity();
+  Mat3 covariance = 4.0 * information.inverse();
+  covariance.diagonal() += Vec3(4e-6, 4e-6, 1e-6);
+  if (weak) covariance.diagonal() += Vec3(0.04, 0.04, 0.04);
+  return covariance.inverse();
+}
+
+}  // namespace
+
+GraphSlam::GraphSlam(const GraphSlamOptions& options, Threads threads)
+    : options_(options), threads_(threads), odometry_(options.odometry), front_end_(options.front_end), loop_closer_(options.loops) {}
+
+std::optional<Estimate> GraphSlam::add(Event event) {
+  if (auto* scan = std::get_if<Scan>(&event)) {
+    if (scan->laser != 0) return std::nullopt;  // the front laser maps
+    odometry_.add(*scan);
+    site_.scans.push_back({std::move(*scan), {}, {}, {}, false, 0});
+    key_of_.push_back(0);
+  } else if (const auto* odometry = std::get_if<Odometry>(&event)) {
+    odometry_.add(*odometry);
+  } else if (const auto* truth = std::get_if<Truth>(&event)) {
+    site_.truth.push_back(*truth);
+  }
+  const std::size_t before = processed_;
+  while (processed_ < site_.scans.size() &&
+         (!options_.use_odometry || odometry_.ready(processed_) || processed_ + kPatience < site_.scans.size()))
+    process(processed_++);
+  if (processed_ == before) return std::nullopt;
+  return site_.scans[processed_ - 1].estimate;
+}
+
+void GraphSlam::process(std::size_t index) {
+  PosedScan& posed = site_.scans[index];
+  std::optional<MotionPrior> motion;
+  if (options_.use_odometry) {
+    if (const auto predicted = odometry_.predict(index))
+      motion = MotionPrior{predicted->T_previous_robot, predicted->sigma_translation, predicted->sigma_rotation};
+    posed.T_odom_robot = odometry_.pose(index);
+  }
+  const FrontEndStep step = front_end_.add(posed.scan, motion);
+  const bool weak = index > 0 && step.match.score < options_.front_end.weak_score;
+  posed.T_map_robot_front_end = step.T_map_robot;
+  if (index > 0)
+    odometry_.observe(index, between(site_.scans[index - 1].T_map_robot_front_end, step.T_map_robot), !weak && !step.searched);
+
+  if (step.key) {
+    posed.key = true;
+    KeyScan key;
+    key.scan = index;
+    key.points = match::scan_points(posed.scan, options_.front_end.points, true);
+    key.T_robot_laser = posed.scan.T_robot_laser;
+    key.T_front_robot = step.T_map_robot;
+    key.T_map_robot = keys_.empty() ? step.T_map_robot
+                                    : keys_.back().T_map_robot * between(keys_.back().T_front_robot, step.T_map_robot);
+    key.weak_step = weak;
+    key.step_information = step_information(step, weak);
+    keys_.push_back(std::move(key));
+    if (options_.close_loops) loop_closer_.update(keys_, false);
+  }
+  key_of_[index] = keys_.empty() ? 0 : keys_.size() - 1;
+  posed.estimate.time = posed.scan.time;
+  posed.estimate.T_map_robot = keys_.empty() ? step.T_map_robot
+                                             : keys_.back().T_map_robot * between(keys_.back().T_front_robot, step.T_map_robot);
+}
+
+Site GraphSlam::finish() {
+  while (processed_ < site_.scans.size()) process(processed_++);
+  if (keys_.empty()) throw Error("no laser scan with at least ten returns: there is nothing to map");
+  if (options_.close_loops) loop_closer_.update(keys_, true);
+  JointRefinementOptions refinement = options_.refinement;
+  if (!options_.close_loops) refinement.near_in_space = 0;
+  refined_ = refine_jointly(keys_, refinement, threads_);
+  place_scans(key_covariances());
+  record_constraints();
+  site_.odometry = odometry_.findings();
+  site_.used_odometry = options_.use_odometry && odometry_.pose(0).has_value();
+  return std::move(site_);
+}
+
+std::vector<Mat3> GraphSlam::key_covariances() const {
+  graph::PoseGraph graph;
+  for (const KeyScan& key : keys_) graph.poses.push_back(key.T_map_robot);
+  graph.edges = refined_.edges;
+  std::vector<Mat3> covariances(keys_.size(), Mat3::Zero());
+  if (keys_.size() < 2) return covariances;
+  const graph::Marginals marginals(graph);
+  for (std::size_t k = 0; k < keys_.size(); ++k) covariances[k] = marginals.covariance(static_cast<int>(k));
+  return covariances;
+}
+
+// Every scan, key or not, against the map that all key scans make together.
+void GraphSlam::place_scans(const std::vector<Mat3>& key_covariances) {
+  map::SurfelMapOptions map_options = options_.front_end.map;
+  map_options.max_count = 1000;
+  map::SurfelMap map(map_options);
+  for (const KeyScan& key : keys_) match::add_to(map, key.points, key.T_map_robot);
+
+  match::AlignOptions align = options_.front_end.align;
+  align.gate = 0.15;
+  align.final_gate = 0.08;
+  parallel_for(threads_, site_.scans.size(), [&](std::size_t i) {
+    PosedScan& posed = site_.scans[i];
+    const KeyScan& key = keys_[key_of_[i]];
+    match::PosePrior prior;
+    prior.T_map_robot = key.T_map_robot * between(key.T_front_robot, posed.T_map_robot_front_end);
+    prior.information.diagonal() << 400, 400, 1100;
+    const auto points = match::scan_points(posed.scan, options_.front_end.points, false);
+    const match::Match match = match::align(points, map, prior, align);
+    Estimate& estimate = posed.estimate;
+    estimate.T_map_robot = match.T_map_robot;
+    estimate.covariance = key_covariances[key_of_[i]] + (match.information + prior.information).inverse();
+    posed.match_score = static_cast<float>(match.score);
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+    axes.computeDirect(match.information.topLeftCorner<2, 2>());
+    if (match.score < 0.4) {
+      estimate.health = Health::lost;
+    } else if (axes.eigenvalues()(0) < prior.information(0, 0)) {
+      estimate.health = Health::degraded;
+      estimate.weak_direction = axes.eigenvectors().col(0);
+    }
+  });
+}
+
+void GraphSlam::record_constraints() {
+  const auto chi2_of = [&](std::size_t from, std::size_t to, const Pose2& T_from_to, const Mat3& information) {
+    const Vec3 e = between(T_from_to, between(keys_[from].T_map_robot, keys_[to].T_map_robot)).vector();
+    return e.dot(information * e);
+  };
+  for (const graph::Edge& edge : refined_.edges) {
+    Constraint c;
+    const auto from = static_cast<std::size_t>(edge.from), to = static_cast<std::size_t>(edge.to);
+    c.from = keys_[from].scan, c.to = keys_[to].scan;
+    c.T_from_to = edge.T_from_to;
+    c.information = edge.information;
+    c.chi2 = chi2_of(from, to, edge.T_from_to, edge.information);
+    site_.constraints.push_back(c);
+  }
+  for (const Closure& closure : loop_closer_.closures()) {
+    Constraint c;
+    c.kind = ConstraintKind::closure;
+    c.from = keys_[closure.from_key].scan, c.to = keys_[closure.to_key].scan;
+    c.T_from_to = closure.T_from_to;
+    c.information = closure.information;
+    c.score = closure.agreement;
+    c.overlap = closure.overlap;
+    c.chi2 = chi2_of(closure.from_key, closure.to_key, closure.T_from_to, closure.information);
+    site_.constraints.push_back(c);
+  }
+}
+
+void describe(OptionFields& f, GraphSlamOptions& o) {
+  f.add("slam.use_odometry", o.use_odometry, {"", "false: the laser alone"});
+  f.add("slam.close_loops", o.close_loops, {"", "false: places seen again are not recognised"});
+  FrontEndOptions& e = o.front_end;
+  f.add("front_end.key_distance", e.key_distance, {"m", "a new key scan after this way", 0.01, 10});
+  f.add("front_end.key_turn", e.key_turn, {"rad", "a new key scan after this turn", 0.01, 3});
+  f.add("front_end.local_map_keys", e.local_map_keys, {"1", "key scans in a local map", 1, 1000});
+  f.add("front_end.trusted_score", e.trusted_score, {"1", "share of matched returns below which the window is searched", 0, 1});
+  f.add("front_end.search_translation", e.search_translation, {"m", "half width of that search", 0.1, 10});
+  f.add("front_end.search_rotation", e.search_rotation, {"rad", "half width of that search", 0.05, 3.15});
+  f.add("scan.max_range", e.points.max_range, {"m", "longer returns are not matched", 1, 1000});
+  f.add("scan.min_range", e.points.min_range, {"m", "shorter returns are the robot itself", 0, 10});
+  LoopClosingOptions& l = o.loops;
+  f.add("loops.candidates", l.candidates, {"1", "places tried for a submap", 1, 100});
+  f.add("loops.near", l.near, {"m", "places nearer than this should see the same walls", 0.5, 100});
+  f.add("loops.agreement", l.agreement, {"1", "least share of comparable returns that agree", 0, 1});
+  f.add("loops.overlap", l.overlap, {"1", "least share of returns that agree", 0, 1});
+  f.add("loops.search_score", l.search_score, {"1", "least mean likelihood in a window search", 0, 1});
+  f.add("loops.drift_translation", l.drift_translation, {"m/m", "front end's drift, sizes the windows", 0, 1});
+  f.add("loops.drift_rotation", l.drift_rotation, {"rad/sqrt(m)", "front end's drift, sizes the windows", 0, 1});
+  JointRefinementOptions& r = o.refinement;
+  f.add("refinement.rounds", r.rounds, {"1", "how often pairs are found anew", 0, 100});
+  f.add("refinement.near_in_time", r.near_in_time, {"1", "partners just before a key scan", 1, 20});
+  f.add("refinement.near_in_space", r.near_in_space, {"1", "partners of other visits", 0, 100});
+  f.add("refinement.reach", r.reach, {"m", "between the robots of a pair", 0.1, 100});
+}
+
+}  // namespace majak::slam
