@@ -29,7 +29,7 @@ double squared_distance(const std::vector<PosePair>& pairs, const Pose2& T) {
   return sum;
 }
 
-TEST(Align, undoes_any_rigid_motion) {
+TEST(Align, UndoesAnyRigidMotion) {
   RandomStream random(3);
   for (int round = 0; round < 50; ++round) {
     auto pairs = random_pairs(20, 0, 100 + static_cast<std::uint64_t>(round));
@@ -42,7 +42,7 @@ TEST(Align, undoes_any_rigid_motion) {
   }
 }
 
-TEST(Align, is_the_least_squares_optimum) {
+TEST(Align, IsTheLeastSquaresOptimum) {
   const auto pairs = random_pairs(40, 0.3, 5);
   const Pose2 best = align(pairs);
   const double least = squared_distance(pairs, best);
@@ -52,14 +52,14 @@ TEST(Align, is_the_least_squares_optimum) {
   }
 }
 
-TEST(Align, of_a_robot_that_stood_uses_its_heading) {
+TEST(Align, OfARobotThatStoodUsesItsHeading) {
   const std::vector<PosePair> pairs(3, PosePair{0, {1, 2, 0.1}, {5, 6, 0.6}, true});
   const Pose2 T = align(pairs);
   EXPECT_NEAR(T.theta, 0.5, 1e-12);
   EXPECT_LT(absolute_error(pairs).translation.max, 1e-12);
 }
 
-TEST(AbsoluteError, of_a_trajectory_with_itself_is_zero) {
+TEST(AbsoluteError, OfATrajectoryWithItselfIsZero) {
   const auto pairs = random_pairs(30, 0, 1);
   for (const auto alignment : {Alignment::none, Alignment::first_pose, Alignment::best}) {
     const auto e = absolute_error(pairs, alignment);
@@ -69,7 +69,7 @@ TEST(AbsoluteError, of_a_trajectory_with_itself_is_zero) {
   }
 }
 
-TEST(AbsoluteError, does_not_change_when_the_estimate_moves_rigidly) {
+TEST(AbsoluteError, DoesNotChangeWhenTheEstimateMovesRigidly) {
   auto pairs = random_pairs(30, 0.2, 2);
   const auto before = absolute_error(pairs), before_first = absolute_error(pairs, Alignment::first_pose);
   for (auto& p : pairs) p.T_map_robot = Pose2{-7, 3, -2} * p.T_map_robot;
@@ -79,7 +79,7 @@ TEST(AbsoluteError, does_not_change_when_the_estimate_moves_rigidly) {
               before_first.translation.rms, 1e-10);
 }
 
-TEST(AbsoluteError, gives_back_an_injected_heading_error) {
+TEST(AbsoluteError, GivesBackAnInjectedHeadingError) {
   auto pairs = random_pairs(30, 0, 4);
   for (auto& p : pairs) p.T_map_robot.theta = wrap_angle(p.T_map_robot.theta + 0.1);
   const auto e = absolute_error(pairs);
@@ -87,7 +87,7 @@ TEST(AbsoluteError, gives_back_an_injected_heading_error) {
   EXPECT_LT(e.translation.max, 1e-9);
 }
 
-TEST(AbsoluteError, from_the_first_pose_shows_the_drift) {
+TEST(AbsoluteError, FromTheFirstPoseShowsTheDrift) {
   // A straight drive of 10 m with a heading that is 0.01 rad wrong from the start of the map on.
   std::vector<PosePair> pairs;
   for (int i = 0; i <= 10; ++i) {
@@ -98,7 +98,7 @@ TEST(AbsoluteError, from_the_first_pose_shows_the_drift) {
   EXPECT_EQ(absolute_error({}).translation.count, 0u);
 }
 
-TEST(RelativeErrors, of_a_wrong_scale_grow_with_the_distance) {
+TEST(RelativeErrors, OfAWrongScaleGrowWithTheDistance) {
   std::vector<PosePair> pairs;
   for (int i = 0; i <= 100; ++i) {
     pairs.push_back({i * kSecond, Pose2{0.101 * i, 0, 0}, Pose2{0.1 * i, 0, 0}, true});
@@ -112,7 +112,7 @@ TEST(RelativeErrors, of_a_wrong_scale_grow_with_the_distance) {
   EXPECT_NEAR(path_length(pairs), 10, 1e-9);
 }
 
-TEST(RelativeErrors, agree_with_the_slow_twin) {
+TEST(RelativeErrors, AgreeWithTheSlowTwin) {
   const auto pairs = random_pairs(60, 0.1, 9);
   std::vector<double> errors;
   for (std::size_t i = 0; i < pairs.size(); ++i) {

@@ -24,7 +24,7 @@ double integrated_cdf(double x, double dof) {
   return sum * step / 3;
 }
 
-TEST(ChiSquare, agrees_with_numeric_integration) {
+TEST(ChiSquare, AgreesWithNumericIntegration) {
   for (const double dof : {1.0, 2.0, 3.0, 6.0, 30.0, 150.0, 900.0}) {
     for (const double share : {0.1, 0.7, 0.95, 1.0, 1.1, 1.6}) {
       const double x = share * dof;
@@ -33,7 +33,7 @@ TEST(ChiSquare, agrees_with_numeric_integration) {
   }
 }
 
-TEST(ChiSquare, of_two_degrees_is_exponential) {
+TEST(ChiSquare, OfTwoDegreesIsExponential) {
   for (const double x : {1e-6, 0.1, 1.0, 5.0, 40.0}) {
     EXPECT_NEAR(chi_square_cdf(x, 2), -std::expm1(-x / 2), 1e-14);
   }
@@ -42,7 +42,7 @@ TEST(ChiSquare, of_two_degrees_is_exponential) {
   }
 }
 
-TEST(ChiSquare, quantile_inverts_the_distribution) {
+TEST(ChiSquare, QuantileInvertsTheDistribution) {
   for (const double dof : {1.0, 3.0, 50.0, 150.0, 30000.0}) {
     for (const double p : {0.001, 0.025, 0.5, 0.975, 0.999}) {
       EXPECT_NEAR(chi_square_cdf(chi_square_quantile(p, dof), dof), p, 1e-11) << dof << ' ' << p;
@@ -50,7 +50,7 @@ TEST(ChiSquare, quantile_inverts_the_distribution) {
   }
 }
 
-TEST(ChiSquare, has_the_values_of_the_printed_tables) {
+TEST(ChiSquare, HasTheValuesOfThePrintedTables) {
   EXPECT_NEAR(chi_square_quantile(0.95, 3), 7.815, 5e-4);
   EXPECT_NEAR(chi_square_quantile(0.975, 3), 9.348, 5e-4);
   EXPECT_NEAR(chi_square_quantile(0.025, 3), 0.216, 5e-4);
@@ -64,7 +64,7 @@ Mat3 some_covariance() {
   return root * root.transpose();
 }
 
-TEST(Nees, of_a_known_error) {
+TEST(Nees, OfAKnownError) {
   Mat3 covariance = Mat3::Zero();
   covariance.diagonal() << 0.04, 0.01, 0.0025;
   const auto value = nees({1.2, 2.1, kPi - 0.01}, covariance, {1.0, 2.0, -kPi + 0.04});
@@ -72,13 +72,13 @@ TEST(Nees, of_a_known_error) {
   EXPECT_NEAR(*value, 1 + 1 + 1, 1e-9);  // each by one sigma, the angle across the seam
 }
 
-TEST(Nees, refuses_a_covariance_that_is_none) {
+TEST(Nees, RefusesACovarianceThatIsNone) {
   EXPECT_FALSE(nees({}, Mat3::Zero(), {}));
   EXPECT_FALSE(nees({}, -Mat3::Identity(), {}));
   EXPECT_FALSE(nees({}, Mat3::Constant(std::nan("")), {}));
 }
 
-TEST(Nees, of_honest_errors_stands_in_the_band_and_of_others_does_not) {
+TEST(Nees, OfHonestErrorsStandsInTheBandAndOfOthersDoesNot) {
   const Mat3 covariance = some_covariance();
   const Mat3 root = covariance.llt().matrixL();
   RandomStream random(11);
@@ -99,7 +99,7 @@ TEST(Nees, of_honest_errors_stands_in_the_band_and_of_others_does_not) {
   EXPECT_FALSE(summarize_nees({}).inside_band());
 }
 
-TEST(NeesOfRun, moves_the_truth_to_the_first_pose_of_the_map) {
+TEST(NeesOfRun, MovesTheTruthToTheFirstPoseOfTheMap) {
   std::vector<Estimate> estimates(3);
   Trajectory truth;
   const Pose2 T_world_map{10, 20, 2};

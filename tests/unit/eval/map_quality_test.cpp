@@ -46,7 +46,7 @@ Site two_visits(const Pose2& shift, double noise) {
   return site;
 }
 
-TEST(MapQuality, of_exact_poses_shows_the_noise_of_the_sensor) {
+TEST(MapQuality, OfExactPosesShowsTheNoiseOfTheSensor) {
   const MapQuality q = measure_map_quality(two_visits({}, 0.01));
   EXPECT_EQ(q.points, 60u * 179u);
   EXPECT_NEAR(q.wall_thickness, 0.01, 0.003);
@@ -56,7 +56,7 @@ TEST(MapQuality, of_exact_poses_shows_the_noise_of_the_sensor) {
   EXPECT_NEAR(q.revisited_share, 0.5, 0.1);  // the second half
 }
 
-TEST(MapQuality, falls_with_the_error_of_the_poses) {
+TEST(MapQuality, FallsWithTheErrorOfThePoses) {
   MapQuality last = measure_map_quality(two_visits({}, 0.01));
   for (const double error : {0.02, 0.04}) {
     const MapQuality q = measure_map_quality(two_visits({error, error, 0}, 0.01));
@@ -67,14 +67,14 @@ TEST(MapQuality, falls_with_the_error_of_the_poses) {
   }
 }
 
-TEST(MapQuality, finds_doubled_walls) {
+TEST(MapQuality, FindsDoubledWalls) {
   const MapQuality q = measure_map_quality(two_visits({0.2, 0.2, 0}, 0.01));
   EXPECT_GT(q.doubled_share, 0.7);
   EXPECT_LT(q.wall_thickness, 0.02);  // each of the two is thin
   EXPECT_GT(q.revisit_beyond, 0.8);
 }
 
-TEST(MapQuality, does_not_take_two_sides_of_a_wall_for_doubled) {
+TEST(MapQuality, DoesNotTakeTwoSidesOfAWallForDoubled) {
   // The second visit sees the walls from outside, 15 cm behind: mirror the room to the other side.
   Site site = two_visits({}, 0.005);
   for (std::size_t i = 30; i < 60; ++i) {
@@ -91,7 +91,7 @@ TEST(MapQuality, does_not_take_two_sides_of_a_wall_for_doubled) {
   EXPECT_LT(measure_map_quality(site).doubled_share, 0.01);
 }
 
-TEST(MapQuality, does_not_change_when_the_map_is_turned) {
+TEST(MapQuality, DoesNotChangeWhenTheMapIsTurned) {
   const Site site = two_visits({0.03, 0, 0}, 0.01);
   Site moved = site;
   for (auto& s : moved.scans) s.estimate.T_map_robot = Pose2{30, -12, 0.7} * s.estimate.T_map_robot;
@@ -101,7 +101,7 @@ TEST(MapQuality, does_not_change_when_the_map_is_turned) {
   EXPECT_NEAR(a.revisit.median, b.revisit.median, 1e-3);
 }
 
-TEST(MapQuality, uses_key_scans_only_and_skips_the_lost) {
+TEST(MapQuality, UsesKeyScansOnlyAndSkipsTheLost) {
   Site site = two_visits({}, 0.01);
   for (std::size_t i = 0; i < 10; ++i) site.scans[i].key = true;
   site.scans[3].estimate.health = Health::lost;
@@ -109,7 +109,7 @@ TEST(MapQuality, uses_key_scans_only_and_skips_the_lost) {
   EXPECT_EQ(measure_map_quality({}).points, 0u);
 }
 
-TEST(PointIndex, agrees_with_brute_force) {
+TEST(PointIndex, AgreesWithBruteForce) {
   RandomStream random(2);
   std::vector<MapPoint> points;
   for (int i = 0; i < 2000; ++i) {

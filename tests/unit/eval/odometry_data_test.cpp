@@ -27,7 +27,7 @@ struct Known {
 
 class RawOdometry : public testing::TestWithParam<Known> {};
 
-TEST_P(RawOdometry, errs_as_published) {
+TEST_P(RawOdometry, ErrsAsPublished) {
   const Known& known = GetParam();
   const auto folder = data_folder() / "freiburg";
   const auto path = folder / (std::string(known.log) + ".clf.bz2");

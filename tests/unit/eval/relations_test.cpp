@@ -31,7 +31,7 @@ std::vector<Relation> relations_of(const Trajectory& path, std::size_t count) {
   return relations;
 }
 
-TEST(Relations, of_a_trajectory_with_itself_are_exact) {
+TEST(Relations, OfATrajectoryWithItselfAreExact) {
   const Trajectory path = wavy_path(100);
   const auto result = evaluate_relations(path, relations_of(path, 200));
   EXPECT_EQ(result.exact, 200u);
@@ -40,7 +40,7 @@ TEST(Relations, of_a_trajectory_with_itself_are_exact) {
   EXPECT_LT(result.all.rotation.max, 1e-12);
 }
 
-TEST(Relations, do_not_change_when_everything_moves_rigidly) {
+TEST(Relations, DoNotChangeWhenEverythingMovesRigidly) {
   const Trajectory path = wavy_path(100);
   auto relations = relations_of(path, 50);
   for (auto& r : relations) r.T_from_to.x += 0.1;  // some error to look at
@@ -53,7 +53,7 @@ TEST(Relations, do_not_change_when_everything_moves_rigidly) {
   EXPECT_NEAR(after.all.rotation.mean, before.all.rotation.mean, 1e-10);
 }
 
-TEST(Relations, give_back_the_injected_error) {
+TEST(Relations, GiveBackTheInjectedError) {
   const Trajectory path = wavy_path(100);
   auto relations = relations_of(path, 60);
   // The estimate is off by (3 cm, 4 cm, +-0.1 rad) in the frame of the second pose.
@@ -69,7 +69,7 @@ TEST(Relations, give_back_the_injected_error) {
   EXPECT_NEAR(result.residuals[1].T_truth_estimate.theta, -0.1, 1e-12);
 }
 
-TEST(Relations, are_short_up_to_twenty_seconds_and_loops_beyond) {
+TEST(Relations, AreShortUpToTwentySecondsAndLoopsBeyond) {
   const Trajectory path = wavy_path(60);
   std::vector<Relation> relations;
   for (const Time span : {5, 20, 21, 50}) {
@@ -86,7 +86,7 @@ TEST(Relations, are_short_up_to_twenty_seconds_and_loops_beyond) {
   EXPECT_NEAR(result.loop.translation.mean, 0.07, 1e-12);
 }
 
-TEST(Relations, between_stamps_are_interpolated_and_counted) {
+TEST(Relations, BetweenStampsAreInterpolatedAndCounted) {
   Trajectory line;
   for (int i = 0; i <= 10; ++i) line.push_back({i * kSecond, {1.0 * i, 0, 0}});
   const std::vector<Relation> relations = {
@@ -101,7 +101,7 @@ TEST(Relations, between_stamps_are_interpolated_and_counted) {
   EXPECT_LT(result.all.translation.max, 1e-12);
 }
 
-TEST(Relations, in_the_frame_of_the_laser_are_told_apart) {
+TEST(Relations, InTheFrameOfTheLaserAreToldApart) {
   const Trajectory robot = wavy_path(80);
   const Pose2 T_robot_laser{0.3, 0.05, 0.0};
   Trajectory laser = robot;
@@ -116,7 +116,7 @@ TEST(Relations, in_the_frame_of_the_laser_are_told_apart) {
   EXPECT_FALSE(centred.laser.has_value());
 }
 
-TEST(ReadRelations, takes_lines_and_counts_damage) {
+TEST(ReadRelations, TakesLinesAndCountsDamage) {
   auto in = io::open_bytes_in_memory(
       "# a comment\n"
       "976052905.167303 976052911.885496 -0.056990 -0.128430 0.0 0.0 0.0 -1.682210\r\n"
@@ -138,7 +138,7 @@ TEST(ReadRelations, takes_lines_and_counts_damage) {
   EXPECT_EQ(report.entries().at("relations: z, roll or pitch of a relation dropped").count, 1);
 }
 
-TEST(ReadRelations, refuses_a_file_without_any) {
+TEST(ReadRelations, RefusesAFileWithoutAny) {
   auto in = io::open_bytes_in_memory("\n# nothing\n");
   Report report;
   EXPECT_THROW(read_relations(std::move(in.bytes), "empty.relations", report), Error);

@@ -9,7 +9,7 @@
 namespace majak::eval {
 namespace {
 
-TEST(ReadTum, takes_yaw_from_the_quaternion) {
+TEST(ReadTum, TakesYawFromTheQuaternion) {
   auto in = io::open_bytes_in_memory(
       "# time x y z qx qy qz qw\n"
       "976052905.167303001 1 2 0 0 0 0.7071067811865476 0.7071067811865476\n"
@@ -27,7 +27,7 @@ TEST(ReadTum, takes_yaw_from_the_quaternion) {
   EXPECT_THROW(read_tum(std::move(nothing.bytes), "nothing", report), Error);
 }
 
-TEST(TrajectoryIndex, finds_each_of_its_own_stamps) {
+TEST(TrajectoryIndex, FindsEachOfItsOwnStamps) {
   Trajectory t;
   for (int i = 0; i < 50; ++i) t.push_back({(i * 37 % 50) * kSecond, {1.0 * i, 0, 0}});  // unsorted
   const TrajectoryIndex index(t);
@@ -39,7 +39,7 @@ TEST(TrajectoryIndex, finds_each_of_its_own_stamps) {
   }
 }
 
-TEST(TrajectoryIndex, interpolates_along_the_arc_but_not_over_gaps_or_ends) {
+TEST(TrajectoryIndex, InterpolatesAlongTheArcButNotOverGapsOrEnds) {
   const Pose2 end = exp({kPi / 2, 0, kPi / 2});  // a quarter of the unit circle
   const TrajectoryIndex index({{0, {}}, {kSecond, end}, {10 * kSecond, end}});
   const auto half = index.at(kSecond / 2);
@@ -53,14 +53,14 @@ TEST(TrajectoryIndex, interpolates_along_the_arc_but_not_over_gaps_or_ends) {
   EXPECT_FALSE(TrajectoryIndex({}).at(0));
 }
 
-TEST(TrajectoryIndex, prefers_the_nearest_of_close_stamps) {
+TEST(TrajectoryIndex, PrefersTheNearestOfCloseStamps) {
   const TrajectoryIndex index({{1000, {1, 0, 0}}, {4000, {2, 0, 0}}, {7000, {3, 0, 0}}});
   EXPECT_EQ(index.at(3900)->pose.x, 2);
   EXPECT_EQ(index.at(5600)->pose.x, 3);
   EXPECT_EQ(index.at(0)->pose.x, 1);
 }
 
-TEST(Associate, pairs_equal_stamps_one_to_one_in_their_order) {
+TEST(Associate, PairsEqualStampsOneToOneInTheirOrder) {
   const Trajectory estimate = {{5, {1, 0, 0}}, {5, {2, 0, 0}}, {5, {3, 0, 0}}};
   const Trajectory reference = {{5, {10, 0, 0}}, {5, {20, 0, 0}}};
   const auto a = associate(estimate, reference);
@@ -70,14 +70,14 @@ TEST(Associate, pairs_equal_stamps_one_to_one_in_their_order) {
   EXPECT_EQ(a.unmatched, 1u);
 }
 
-TEST(Associate, never_uses_a_reference_pose_twice) {
+TEST(Associate, NeverUsesAReferencePoseTwice) {
   const Trajectory estimate = {{1000, {}}, {3000, {}}};  // both within the tolerance of one pose
   const auto a = associate(estimate, {{2000, {}}});
   EXPECT_EQ(a.pairs.size(), 1u);
   EXPECT_EQ(a.unmatched, 1u);
 }
 
-TEST(Associate, interpolates_the_reference) {
+TEST(Associate, InterpolatesTheReference) {
   const Trajectory reference = {{0, {0, 0, 0}}, {kSecond, {1, 0, 0}}};
   const auto a = associate({{kSecond / 4, {}}}, reference);
   ASSERT_EQ(a.pairs.size(), 1u);
@@ -85,7 +85,7 @@ TEST(Associate, interpolates_the_reference) {
   EXPECT_EQ(a.interpolated, 1u);
 }
 
-TEST(ErrorStats, of_known_numbers) {
+TEST(ErrorStats, OfKnownNumbers) {
   const ErrorStats s = error_stats({4, 1, 3, 2});
   EXPECT_EQ(s.count, 4u);
   EXPECT_DOUBLE_EQ(s.mean, 2.5);
