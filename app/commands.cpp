@@ -8,6 +8,7 @@
 
 #include "app/evaluate.hpp"
 #include "app/info.hpp"
+#include "app/map.hpp"
 #include "app/simulate.hpp"
 
 namespace majak::app {
@@ -28,6 +29,7 @@ class FirstLines : public CLI::Formatter {
 }  // namespace
 
 void add_commands(CLI::App& app) {
+  add_map(app);
   add_info(app);
   add_simulate(app);
   add_evaluate(app);

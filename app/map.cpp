@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/map.hpp"
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "app/progress.hpp"
+#include "majak/core/error.hpp"
+#include "majak/draw/report.hpp"
+#include "majak/io/atomic_file.hpp"
+#include "majak/io/g2o.hpp"
+#include "majak/io/map_files.hpp"
+#include "majak/io/options_file.hpp"
+#include "majak/io/site_file.hpp"
+#include "majak/io/site_graph.hpp"
+#include "majak/io/source.hpp"
+#include "majak/io/summary.hpp"
+#include "majak/io/tum.hpp"
+#include "majak/map/occupancy_grid.hpp"
+#include "majak/slam/graph_slam.hpp"
+
+namespace majak::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kHelp =
+    "From a laser log to a map, a trajectory and a report.\n"
+    "\n"
+    "Examples:\n"
+    "  majak map intel.clf.bz2                  writes the folder intel-map\n"
+    "  majak map my.log -o office               writes the folder office\n"
+    "  majak map my.log --no-odometry           trusts the laser alone\n"
+    "  majak map my.log --options office/options.toml   again with the options of a run\n"
+    "\n"
+    "The folder holds report.html (open this first), map.png, map.pgm + map.yaml, trajectory.tum,\n"
+    "graph.g2o, summary.json, options.toml and site.majak, from which other commands start.\n";
+
+struct MapOptions {
+  std::string log, output, options_file;
+  std::vector<std::string> set;
+  bool no_odometry = false, no_loops = false, json = false;
+  int threads = 0;
+  slam::GraphSlamOptions slam;
+  map::OccupancyGridOptions grid;
+};
+
+// CPU seconds of the whole process, for the timing table.
+double cpu_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+class Stopwatch {
+ public:
+  void lap(const char* stage) {
+    const double now = cpu_seconds();
+    laps_.emplace_back(fmt::format("{}_cpu_s", stage), now - last_);
+    last_ = now;
+  }
+  const std::vector<io::NamedFigure>& laps() const { return laps_; }
+
+ private:
+  double last_ = 0;
+  std::vector<io::NamedFigure> laps_;
+};
+
+std::string default_folder(const fs::path& log) {
+  fs::path name = log.has_filename() ? log.filename() : log.parent_path().filename();
+  while (name.has_extension()) name = name.stem();
+  return name.string() + "-map";
+}
+
+void read_options(MapOptions& o) {
+  OptionFields fields;
+  slam::describe(fields, o.slam);
+  map::describe(fields, o.grid);
+  if (!o.options_file.empty()) io::apply_options_file(fields, o.options_file);
+  for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
+  if (o.no_odometry) o.slam.use_odometry = false;
+  if (o.no_loops) o.slam.close_loops = false;
+}
+
+std::string effective_options(MapOptions& o) {
+  OptionFields fields;
+  slam::describe(fields, o.slam);
+  map::describe(fields, o.grid);
+  return io::options_toml(fields);
+}
+
+Site make_site(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
+  const auto source = io::open_log(o.log);
+  slam::GraphSlam slam(o.slam, threads);
+  Progress progress;
+  std::int64_t scans = 0;
+  while (auto event = source->next()) {
+    scans += std::holds_alternative<Scan>(*event);
+    slam.add(std::move(*event));
+    progress.show("reading and matching", scans);
+  }
+  stopwatch.lap("read_and_match");
+  progress.show("closing loops and refining", scans);
+  if (scans == 0) throw Error(fmt::format("{}: no laser scans in this log; majak info tells what is in it", o.log));
+  Site site = slam.finish();
+  for (const auto& [what, entry] : source->report().entries()) site.report.add(what, entry);
+  site.source_name = fs::path(o.log).filename().string();
+  stopwatch.lap("refine");
+  return site;
+}
+
+void write_results(const MapOptions& o, const Site& site, Stopwatch& stopwatch, std::string& summary) {
+  const fs::path folder = o.output;
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw Error(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
+  const auto grid = map::build_occupancy_grid(site, o.grid);
+  stopwatch.lap("grid");
+  io::write_map_files(folder, grid);
+  io::write_file_atomically(folder / "trajectory.tum", io::tum_text(site));
+  io::write_g2o(folder / "graph.g2o", io::graph_of(site));
+  io::write_file_atomically(folder / "options.toml", site.options_toml);
+  io::write_site(folder / "site.majak", site);
+  stopwatch.lap("write");
+  draw::ReportExtras extras;
+  extras.timing = stopwatch.laps();
+  io::write_file_atomically(folder / "report.html", draw::report_html(site, grid, extras));
+  stopwatch.lap("report");
+  summary = io::summary_json(site, grid, {}, stopwatch.laps());
+  io::write_file_atomically(folder / "summary.json", summary);
+}
+
+void print_result(const MapOptions& o, const Site& site) {
+  const auto count = [&](Health h) {
+    return std::count_if(site.scans.begin(), site.scans.end(), [&](const PosedScan& s) { return s.estimate.health == h; });
+  };
+  const auto closures = std::count_if(site.constraints.begin(), site.constraints.end(), [](const Constraint& c) {
+    return c.kind == ConstraintKind::closure && c.enabled;
+  });
+  fmt::print("{} scans placed, {} loop closures", site.scans.size(), closures);
+  if (const auto n = count(Health::degraded); n > 0) fmt::print(", {} scans degraded", n);
+  if (const auto n = count(Health::lost); n > 0) fmt::print(", {} scans lost", n);
+  fmt::print("\n");
+  for (const auto& [what, entry] : site.report.entries())
+    fmt::print("  {} x {}{}\n", entry.count, what, entry.first_line > 0 ? fmt::format(" (first: line {})", entry.first_line) : "");
+  fmt::print("report:  {}\n", (fs::path(o.output) / "report.html").string());
+  fmt::print("picture: {}\n", (fs::path(o.output) / "map.png").string());
+}
+
+void run_map(MapOptions& o) {
+  read_options(o);
+  if (o.output.empty()) o.output = default_folder(o.log);
+  const int hardware = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  const Threads threads{o.threads > 0 ? o.threads : hardware};
+  Stopwatch stopwatch;
+  Site site = make_site(o, threads, stopwatch);
+  site.options_toml = effective_options(o);
+  std::string summary;
+  write_results(o, site, stopwatch, summary);
+  if (o.json)
+    fmt::print("{}", summary);
+  else
+    print_result(o, site);
+}
+
+}  // namespace
+
+void add_map(CLI::App& app) {
+  auto o = std::make_shared<MapOptions>();
+  CLI::App* command = app.add_subcommand("map", kHelp);
+  command->add_option("LOG", o->log, "a log: CARMEN (plain, .gz, .bz2) or a Victoria Park folder")->required();
+  command->add_option("-o,--output", o->output, "folder for the results (default: the log's name + -map)");
+  command->add_flag("--no-odometry", o->no_odometry, "use the laser alone");
+  command->add_flag("--no-loops", o->no_loops, "do not recognise places seen before");
+  command->add_option("--threads", o->threads, "threads to use (default: all); the results do not depend on it")->check(CLI::Range(1, 1024));
+  command->add_option("--options", o->options_file, "options.toml of a run");
+  command->add_option("--set", o->set, "one option: name=value");
+  command->add_flag("--json", o->json, "print summary.json");
+  command->callback([o] { run_map(*o); });
+}
+
+}  // namespace majak::app

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// One line on a terminal that says how far the work is; nothing where output goes to a file.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+namespace majak::app {
+
+class Progress {
+ public:
+  Progress();
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// Shows "stage: count", at most ten times a second and not within the first second.
+  void show(const char* stage, std::int64_t count);
+  /// Wipes the line.
+  void clear();
+
+ private:
+  std::chrono::steady_clock::time_point started_, shown_;
+  bool terminal_ = false, dirty_ = false;
+};
+
+}  // namespace majak::app
