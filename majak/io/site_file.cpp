@@ -222,12 +222,17 @@ std::int64_t below(std::int64_t value, std::size_t end, const char* what) {
   return value;
 }
 
+/// Numbers run from 0 without gaps; so a damaged tree that goes round in circles ends at once.
+void expect_number(std::int64_t number, std::size_t rows_before) {
+  if (number < 0 || static_cast<std::uint64_t>(number) != rows_before) throw Error("rows are missing or doubled");
+}
+
 std::vector<Laser> read_lasers(const Database& db, ContentHash& hash) {
   std::vector<Laser> lasers;
   Statement rows(db, "SELECT * FROM laser ORDER BY id");
   while (rows.step()) {
     Columns c(rows, hash);
-    below(c.integer(), lasers.size() + 1, "a laser's number");
+    expect_number(c.integer(), lasers.size());
     Laser laser{};
     laser.number = static_cast<int>(c.integer());
     laser.beams = static_cast<std::size_t>(c.integer());
@@ -256,7 +261,7 @@ void read_scans(const Database& db, Site& site, ContentHash& hash) {
   while (rows.step()) {
     Columns c(rows, hash);
     PosedScan& posed = site.scans.emplace_back();
-    below(c.integer(), site.scans.size(), "a scan's number");
+    expect_number(c.integer(), site.scans.size() - 1);
     posed.scan.time = c.integer();
     posed.estimate.T_map_robot = c.pose();
     posed.estimate.health = static_cast<Health>(below(c.integer(), 3, "a scan's health"));
@@ -274,7 +279,7 @@ void read_constraints(const Database& db, Site& site, ContentHash& hash) {
   while (rows.step()) {
     Columns c(rows, hash);
     Constraint& constraint = site.constraints.emplace_back();
-    below(c.integer(), site.constraints.size(), "a relation's number");
+    expect_number(c.integer(), site.constraints.size() - 1);
     constraint.kind = static_cast<ConstraintKind>(below(c.integer(), 3, "a relation's kind"));
     constraint.from = static_cast<std::size_t>(below(c.integer(), site.scans.size(), "a relation's scan"));
     constraint.to = static_cast<std::size_t>(below(c.integer(), site.scans.size(), "a relation's scan"));
@@ -293,7 +298,7 @@ void read_truth(const Database& db, Site& site, ContentHash& hash) {
   Statement rows(db, "SELECT * FROM truth ORDER BY id");
   while (rows.step()) {
     Columns c(rows, hash);
-    below(c.integer(), site.truth.size() + 1, "a truth's number");
+    expect_number(c.integer(), site.truth.size());
     const Time time = c.integer();
     site.truth.push_back({time, c.pose()});
   }
@@ -301,7 +306,8 @@ void read_truth(const Database& db, Site& site, ContentHash& hash) {
 
 void read_findings(const Database& db, Site& site, ContentHash& hash) {
   Statement learnt_rows(db, "SELECT * FROM learnt ORDER BY name");
-  while (learnt_rows.step()) {
+  for (std::size_t rows = 0; learnt_rows.step(); ++rows) {
+    if (rows == kLearnt.size()) throw Error("rows are missing or doubled");
     Columns c(learnt_rows, hash);
     const std::string name(c.bytes());
     const auto named = std::find_if(kLearnt.begin(), kLearnt.end(), [&](const auto& n) { return name == n.name; });
@@ -315,6 +321,7 @@ void read_findings(const Database& db, Site& site, ContentHash& hash) {
   while (skipped_rows.step()) {
     Columns c(skipped_rows, hash);
     const std::string what(c.bytes());
+    if (site.report.entries().contains(what)) throw Error("rows are missing or doubled");
     const std::int64_t count = c.integer();
     site.report.add(what, {count, c.integer()});
   }
