@@ -20,9 +20,9 @@ constexpr float kOldMaxRange = 80.0f;  // m: what CARMEN assumes where a message
 constexpr Problem kCutOff = "records cut off before their time stamp; left out";
 constexpr Problem kNoNumber = "records with a missing or unreadable number; left out";
 constexpr Problem kBeamCount = "scans whose number of beams does not fit the line; left out";
+constexpr Problem kSurplus = "records with more words than the message has; left out";
 constexpr Problem kNoBeams = "scans without beams; left out";
 constexpr Problem kNoFix = "GPS records without a fix; left out";
-constexpr int kMostTrailingWords = 3;  // host, logger time and one more
 
 bool read_pose(Fields& f, Pose2& pose) {
   double theta = 0;
@@ -59,21 +59,19 @@ bool read_intensities(Fields& f, std::size_t n, std::size_t beams, std::vector<f
   return true;
 }
 
-/// `ipc_timestamp ipc_hostname logger_timestamp`; the last two, or one word more, may be missing.
+/// `ipc_timestamp ipc_hostname logger_timestamp`; the last two may be missing, and one word of junk
+/// may follow. More means that the count of beams was wrong and the numbers above are others.
 Problem read_trailer(Fields& f, bool cut_off, CarmenRecord& record, Time& time) {
   if (!f.time(time)) return kCutOff;
   f.word();
   Time logger = 0;
   if (f.time(logger)) {
     record.logger_time = logger;
+    f.word();
   } else if (cut_off) {
     return kCutOff;  // the stamp itself may have lost digits
   }
-  for (int extra = 0; !f.at_end(); ++extra) {
-    if (extra == kMostTrailingWords) return kBeamCount;
-    f.word();
-  }
-  return nullptr;
+  return f.at_end() ? nullptr : kSurplus;
 }
 
 Problem read_odometry(Fields& f, bool cut_off, CarmenRecord& record) {

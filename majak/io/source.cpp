@@ -30,9 +30,9 @@ std::string read_head(ByteStream& bytes) {
   return head;
 }
 
-[[noreturn]] void refuse(const std::string& name, const std::string& head, Packing packing) {
-  if (head.empty() && packing == Packing::none) throw Error(name + ": the file is empty");
-  if (head.empty()) throw Error(name + ": nothing could be unpacked; the file is damaged or cut off");
+[[noreturn]] void refuse(const std::string& name, const std::string& head, const Report& unpacking) {
+  if (!unpacking.empty()) throw Error(name + ": no log could be unpacked; the file is damaged or cut off");
+  if (head.empty()) throw Error(name + ": the file is empty");
   if (head.starts_with("#ROSBAG")) throw Error(name + ": a ROS bag; convert it to a CARMEN log first");
   throw Error(name +
               ": no log that majak knows; looked for the messages of a CARMEN log (FLASER, ROBOTLASER1, "
@@ -56,7 +56,7 @@ std::unique_ptr<Source> open_log(const std::filesystem::path& path) {
   if (std::filesystem::is_directory(path, ignored)) return open_folder(path);
   auto [bytes, packing] = open_bytes(path);
   std::string head = read_head(*bytes);
-  if (!looks_like_carmen(head)) refuse(path.string(), head, packing);
+  if (!looks_like_carmen(head)) refuse(path.string(), head, bytes->report());
   return std::make_unique<CarmenReader>(prepend(std::move(head), std::move(bytes)),
                                         std::string("CARMEN log") + packing_suffix(packing));
 }
