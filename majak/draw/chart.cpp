@@ -14,10 +14,11 @@ namespace majak::draw {
 namespace {
 
 constexpr double kWidth = 900, kHeight = 150, kLeft = 54, kRight = 12, kTop = 24, kBottom = 24;
-constexpr int kColumns = 420;
+constexpr std::size_t kMostColumns = 420;
 
 struct Column {
-  double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity(), sum = 0;
+  double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
+  double sum_x = 0, sum_y = 0;
   int count = 0;
 };
 
@@ -55,13 +56,15 @@ Axes axes_for(const Chart& chart, const std::vector<Point>& points) {
 }
 
 std::vector<Column> into_columns(const std::vector<Point>& points, const Axes& axes) {
-  std::vector<Column> columns(kColumns);
+  std::vector<Column> columns(std::clamp<std::size_t>(points.size(), 1, kMostColumns));
+  const auto count = static_cast<double>(columns.size());
   for (const Point& p : points) {
     const double share = (p.x - axes.x_min) / (axes.x_max - axes.x_min);
-    Column& column = columns[static_cast<std::size_t>(std::clamp(static_cast<int>(share * kColumns), 0, kColumns - 1))];
+    Column& column = columns[static_cast<std::size_t>(std::clamp(share * count, 0.0, count - 1))];
     column.low = std::min(column.low, p.y);
     column.high = std::max(column.high, p.y);
-    column.sum += p.y;
+    column.sum_x += p.x;
+    column.sum_y += p.y;
     ++column.count;
   }
   return columns;
@@ -70,8 +73,7 @@ std::vector<Column> into_columns(const std::vector<Point>& points, const Axes& a
 /// The extent as an area and the mean as a line; columns without a point break both.
 std::string curve(const std::vector<Column>& columns, const Axes& axes) {
   std::string area, line;
-  const double step = (axes.x_max - axes.x_min) / kColumns;
-  constexpr int kGap = 12;  // columns without points that a line bridges: slow logs are not dotted
+  constexpr int kGap = 12;  // a line bridges fewer columns without points
   std::vector<Point> upper, lower, mean;
   const auto flush = [&] {
     std::reverse(lower.begin(), lower.end());
@@ -83,17 +85,16 @@ std::string curve(const std::vector<Column>& columns, const Axes& axes) {
     upper.clear(), lower.clear(), mean.clear();
   };
   int empty = 0;
-  for (int i = 0; i < kColumns; ++i) {
-    const Column& column = columns[static_cast<std::size_t>(i)];
+  for (const Column& column : columns) {
     if (column.count == 0) {
       if (++empty == kGap) flush();
       continue;
     }
     empty = 0;
-    const double x = axes.x(axes.x_min + (i + 0.5) * step);
+    const double x = axes.x(column.sum_x / column.count);
     upper.push_back({x, axes.y(column.high)});
     lower.push_back({x, axes.y(column.low)});
-    mean.push_back({x, axes.y(column.sum / column.count)});
+    mean.push_back({x, axes.y(column.sum_y / column.count)});
   }
   flush();
   return fmt::format("<path class=\"extent\" d=\"{}\"/><path class=\"mean\" d=\"{}\"/>\n", area, line);
