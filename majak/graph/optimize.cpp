@@ -11,8 +11,8 @@ namespace majak::graph {
 namespace {
 
 constexpr double kFirstDamping = 1e-4, kDampingFactor = 10, kMaxDamping = 1e8;
-constexpr double kCoarseTolerance = 1e-4;  // of the stage before the verdict
-constexpr double kDoubted = 1e-9;          // weight of a robust edge where to start is found
+constexpr double kCoarseTolerance = 1e-6;  // change of cost that ends relax()
+constexpr double kDoubted = 1e-9;          // weight of a robust edge that holds the start together
 constexpr double kLastMu = 1e3;
 
 void add(std::span<const double> dx, std::span<const Pose2> from, std::vector<Pose2>& to) {
@@ -20,6 +20,11 @@ void add(std::span<const double> dx, std::span<const Pose2> from, std::vector<Po
   for (std::size_t i = 0; i < from.size(); ++i)
     to[i] = {from[i].x + dx[3 * i], from[i].y + dx[3 * i + 1],
              wrap_angle(from[i].theta + dx[3 * i + 2])};
+}
+
+/// A step below what any measurement in metres and radians can tell.
+bool nothing(std::span<const double> dx) {
+  return std::all_of(dx.begin(), dx.end(), [](double d) { return std::abs(d) < 1e-10; });
 }
 
 }  // namespace
@@ -59,7 +64,7 @@ bool Optimizer::step(const PoseGraph& graph, const Kernel& kernel, double tolera
     ++iterations_;
     if (equations_.solve(damping_, dx_)) {
       const double promised = equations_.predicted_decrease(dx_, damping_);
-      const bool last = promised <= tolerance * d.cost;
+      const bool last = promised <= tolerance * d.cost || nothing(dx_);
       add(dx_, d.poses, trial_);
       const double cost = evaluate(graph, trial_, kernel);
       if (cost <= d.cost) {
@@ -90,13 +95,29 @@ void Optimizer::descend(const PoseGraph& graph, const Kernel& kernel, double tol
   }
 }
 
+/// Dynamic covariance scaling by bare Gauss-Newton steps. The cost may rise on the way: a descent
+/// would shrink its steps and stay in the first of the many hollows that false edges make.
+void Optimizer::relax(const PoseGraph& graph, Descent& d) {
+  const Kernel kernel{Kernel::dcs, options_.robust_bound};
+  d.cost = evaluate(graph, d.poses, kernel);
+  for (double change = d.cost; any_robust_ && change > kCoarseTolerance * d.cost;) {
+    equations_.linearize(d.poses, weight_);
+    if (++iterations_ > options_.max_iterations || !equations_.solve(0, dx_)) return;
+    add(dx_, d.poses, trial_);
+    std::swap(d.poses, trial_);
+    const double cost = evaluate(graph, d.poses, kernel);
+    change = std::abs(d.cost - cost);
+    d.cost = cost;
+  }
+}
+
 /// From a nearly convex cost to the truncated one, one step at each stage (Yang et al. 2020).
 void Optimizer::graduate(const PoseGraph& graph, Descent& d) {
   Kernel kernel = final_kernel();
   evaluate(graph, d.poses, kernel);
   double worst = 0;
   for (std::size_t k = 0; k < chi2_.size(); ++k)
-    if (graph.edges[k].robust) worst = std::max(worst, chi2_[k]);
+    if (any_robust_ && graph.edges[k].robust) worst = std::max(worst, chi2_[k]);
   if (worst <= kernel.bound) return;
   for (kernel.mu = kernel.bound / (2 * worst - kernel.bound); kernel.mu < kLastMu; kernel.mu *= 2) {
     d.cost = evaluate(graph, d.poses, kernel);
@@ -108,19 +129,19 @@ void Optimizer::graduate(const PoseGraph& graph, Descent& d) {
 Optimizer::Descent Optimizer::run(const PoseGraph& graph, std::vector<Pose2> poses) {
   Descent d{std::move(poses), 0, false};
   iterations_ = 0;
-  if (any_robust_ && options_.robust == Robust::dcs_truncated)
-    descend(graph, {Kernel::dcs, options_.robust_bound}, kCoarseTolerance, d);
-  if (any_robust_ && options_.robust == Robust::gnc_truncated) graduate(graph, d);
+  if (options_.robust == Robust::dcs || options_.robust == Robust::dcs_truncated) relax(graph, d);
+  if (options_.robust == Robust::gnc_truncated) graduate(graph, d);
   descend(graph, final_kernel(), options_.relative_tolerance, d);
   return d;
 }
 
-/// Edges that may be false have next to no say in where to start; they only hold together what
-/// nothing else does.
+/// Edges that may be false have no say in where to start, unless nothing else holds the graph
+/// together.
 std::vector<Pose2> Optimizer::initial_poses(const PoseGraph& graph) {
   if (!any_robust_) return initialize(graph, equations_);
+  const double doubted = trusted_edges_connect(graph) ? 0.0 : kDoubted;
   std::vector<double> weights;
-  for (const Edge& e : graph.edges) weights.push_back(e.robust ? kDoubted : 1.0);
+  for (const Edge& e : graph.edges) weights.push_back(e.robust ? doubted : 1.0);
   return initialize(graph, equations_, weights);
 }
 

@@ -19,16 +19,16 @@ namespace majak::graph {
 
 enum class Start {
   given,        ///< the poses as they are: right when they are nearly right
-  initialized,  ///< from the edges alone, see initialize(); robust ones hardly count
+  initialized,  ///< from the edges alone, see initialize(); robust ones only if they must
   best,         ///< the better of the two; both are followed if the first ends implausibly high
 };
 
 struct OptimizeOptions {
-  int max_iterations = 50;           ///< linear solves, 0 ... 1000
+  int max_iterations = 100;          ///< linear solves from one start, 0 ... 1000
   double relative_tolerance = 1e-7;  ///< stop when a step promises less of chi2 than this
   Start start = Start::best;
   Robust robust = Robust::dcs_truncated;  ///< for edges marked robust
-  double robust_bound = 16.27;            ///< chi2 of an edge that is doubted (99.9 % at 3 dof)
+  double robust_bound = 11.34;            ///< chi2 of an edge that is doubted (99 % at 3 dof)
 };
 
 struct Summary {
@@ -60,6 +60,7 @@ class Optimizer {
   Descent run(const PoseGraph& graph, std::vector<Pose2> poses);
   Descent run_best(const PoseGraph& graph, Summary& summary);
   void descend(const PoseGraph& graph, const Kernel& kernel, double tolerance, Descent& d);
+  void relax(const PoseGraph& graph, Descent& d);
   void graduate(const PoseGraph& graph, Descent& d);
   bool step(const PoseGraph& graph, const Kernel& kernel, double tolerance, Descent& d);
   double evaluate(const PoseGraph& graph, std::span<const Pose2> poses, const Kernel& kernel);

@@ -84,7 +84,10 @@ void check(const PoseGraph& graph) {
   for (std::size_t k = 0; k < graph.edges.size(); ++k) check_edge(graph, k);
 }
 
-std::vector<int> anchors(const PoseGraph& graph) {
+namespace {
+
+/// The first pose of each pose's component; robust edges join only if asked.
+std::vector<int> component_roots(const PoseGraph& graph, bool with_robust) {
   std::vector<int> root(graph.poses.size());
   std::iota(root.begin(), root.end(), 0);
   const auto find = [&](int i) {
@@ -92,16 +95,28 @@ std::vector<int> anchors(const PoseGraph& graph) {
     return i;
   };
   for (const Edge& e : graph.edges) {
+    if (e.robust && !with_robust) continue;
     const int a = find(e.from), b = find(e.to);
     root[std::max(a, b)] = std::min(a, b);  // so that a root is the first pose of its component
   }
+  for (int i = 0; i < static_cast<int>(root.size()); ++i) root[i] = find(i);
+  return root;
+}
+
+}  // namespace
+
+std::vector<int> anchors(const PoseGraph& graph) {
   std::vector<int> result;
   if (graph.poses.empty()) return result;
-  const int fixed_root = find(graph.fixed);
+  const std::vector<int> root = component_roots(graph, true);
   for (int i = 0; i < static_cast<int>(root.size()); ++i)
-    if (root[i] == i) result.push_back(i == fixed_root ? graph.fixed : i);
+    if (root[i] == i) result.push_back(i == root[graph.fixed] ? graph.fixed : i);
   std::sort(result.begin(), result.end());
   return result;
+}
+
+bool trusted_edges_connect(const PoseGraph& graph) {
+  return component_roots(graph, false) == component_roots(graph, true);
 }
 
 }  // namespace majak::graph

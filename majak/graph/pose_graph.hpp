@@ -46,4 +46,7 @@ void check(const PoseGraph& graph);
 /// component. They carry the gauge freedom and do not move.
 std::vector<int> anchors(const PoseGraph& graph);
 
+/// True where the edges that are not robust join all that the edges join together.
+bool trusted_edges_connect(const PoseGraph& graph);
+
 }  // namespace majak::graph
