@@ -17,7 +17,8 @@ constexpr double kWidth = 900, kHeight = 150, kLeft = 54, kRight = 12, kTop = 24
 constexpr std::size_t kMostColumns = 420;
 
 struct Column {
-  double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
+  double low = std::numeric_limits<double>::infinity(),
+         high = -std::numeric_limits<double>::infinity();
   double sum_x = 0, sum_y = 0;
   int count = 0;
 };
@@ -42,7 +43,8 @@ std::vector<Point> finite_points(const Chart& chart) {
 Axes axes_for(const Chart& chart, const std::vector<Point>& points) {
   Axes axes;
   if (!points.empty()) {
-    const auto [low, high] = std::minmax_element(points.begin(), points.end(), [](Point a, Point b) { return a.x < b.x; });
+    const auto [low, high] = std::minmax_element(points.begin(), points.end(),
+                                                 [](Point a, Point b) { return a.x < b.x; });
     axes.x_min = low->x;
     axes.x_max = std::max(high->x, low->x + 1e-3);
   }
@@ -97,20 +99,24 @@ std::string curve(const std::vector<Column>& columns, const Axes& axes) {
     mean.push_back({x, axes.y(column.sum_y / column.count)});
   }
   flush();
-  return fmt::format("<path class=\"extent\" d=\"{}\"/><path class=\"mean\" d=\"{}\"/>\n", area, line);
+  return fmt::format("<path class=\"extent\" d=\"{}\"/><path class=\"mean\" d=\"{}\"/>\n", area,
+                     line);
 }
 
 std::string frame(const Axes& axes) {
   std::string out;
   for (const double y : ticks(axes.y_max, 3)) {
     if (y > axes.y_max * 1.001) break;
-    out += fmt::format("<path class=\"rule\" d=\"M{} {}H{}\"/><text x=\"{}\" y=\"{}\" class=\"end\">{}</text>", kLeft,
-                       number(axes.y(y), 1), kWidth - kRight, kLeft - 6, number(axes.y(y) + 4, 1), number(y, 6));
+    out += fmt::format(
+        "<path class=\"rule\" d=\"M{} {}H{}\"/><text x=\"{}\" y=\"{}\" class=\"end\">{}</text>",
+        kLeft, number(axes.y(y), 1), kWidth - kRight, kLeft - 6, number(axes.y(y) + 4, 1),
+        number(y, 6));
   }
   for (const double x : ticks(axes.x_max - axes.x_min, 8)) {
     if (x > axes.x_max - axes.x_min) break;
-    out += fmt::format("<text x=\"{}\" y=\"{}\" class=\"mid\">{}</text>", number(axes.x(axes.x_min + x), 1),
-                       kHeight - 7, number(x, 6) + (x == 0 ? " min" : ""));
+    out += fmt::format("<text x=\"{}\" y=\"{}\" class=\"mid\">{}</text>",
+                       number(axes.x(axes.x_min + x), 1), kHeight - 7,
+                       number(x, 6) + (x == 0 ? " min" : ""));
   }
   return out + '\n';
 }
@@ -124,22 +130,24 @@ std::vector<double> ticks(double max, int wanted) {
   const double share = raw / power;
   const double step = power * (share <= 1 ? 1 : share <= 2 ? 2 : share <= 5 ? 5 : 10);
   std::vector<double> values = {0};
-  while (values.back() < max * (1 - 1e-9)) values.push_back(static_cast<double>(values.size()) * step);
+  while (values.back() < max * (1 - 1e-9))
+    values.push_back(static_cast<double>(values.size()) * step);
   return values;
 }
 
 std::string chart_svg(const Chart& chart) {
   const std::vector<Point> points = finite_points(chart);
   const Axes axes = axes_for(chart, points);
-  std::string out = fmt::format("<svg class=\"chart\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">\n", kWidth,
-                                kHeight, escape(chart.title));
+  std::string out =
+      fmt::format("<svg class=\"chart\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">\n",
+                  kWidth, kHeight, escape(chart.title));
   const std::string unit = chart.unit.empty() ? "" : ", " + chart.unit;
-  out += fmt::format("<text x=\"{}\" y=\"{}\" class=\"title\">{}{}</text>\n", kLeft, kTop - 8, escape(chart.title),
-                     escape(unit));
+  out += fmt::format("<text x=\"{}\" y=\"{}\" class=\"title\">{}{}</text>\n", kLeft, kTop - 8,
+                     escape(chart.title), escape(unit));
   for (const Band& band : chart.bands) {
     const double x = axes.x(band.from), width = std::max(1.5, axes.x(band.to) - x);
-    out += fmt::format("<rect class=\"{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>\n", band.style, number(x, 1),
-                       kTop, number(width, 1), kHeight - kTop - kBottom);
+    out += fmt::format("<rect class=\"{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>\n",
+                       band.style, number(x, 1), kTop, number(width, 1), kHeight - kTop - kBottom);
   }
   return out + frame(axes) + curve(into_columns(points, axes), axes) + "</svg>\n";
 }

@@ -24,7 +24,8 @@ constexpr double kLargestEllipse = 0.02;  ///< of the picture's longer side, whe
 /// Map metres to the figure's units: pixels of the picture, y down.
 class View {
  public:
-  View(double x0, double y0, double unit, double height) : x0_(x0), y0_(y0), unit_(unit), height_(height) {}
+  View(double x0, double y0, double unit, double height)
+      : x0_(x0), y0_(y0), unit_(unit), height_(height) {}
   Point operator()(Point p) const { return {(p.x - x0_) / unit_, height_ - (p.y - y0_) / unit_}; }
   Point operator()(const Pose2& pose) const { return (*this)(Point{pose.x, pose.y}); }
   double length(double metres) const { return metres / unit_; }
@@ -42,7 +43,8 @@ std::string thin_path(const std::vector<Point>& metres, const View& view) {
   for (const Point& p : metres) {
     if (!std::isfinite(p.x) || !std::isfinite(p.y)) continue;
     const Point q = view(p);
-    if (points.empty() || std::hypot(q.x - points.back().x, q.y - points.back().y) > 0.25) points.push_back(q);
+    if (points.empty() || std::hypot(q.x - points.back().x, q.y - points.back().y) > 0.25)
+      points.push_back(q);
   }
   if (points.size() == 1) points.push_back(points[0]);  // a round cap makes it a dot
   return path_data(simplify(points, 0.25), 1);
@@ -89,7 +91,8 @@ std::vector<std::size_t> spread_along(const Site& site, std::size_t wanted) {
   for (std::size_t i = 0; i < site.scans.size(); ++i) {
     if (i > 0) {
       const double step = (site.scans[i].estimate.T_map_robot.translation() -
-                           site.scans[i - 1].estimate.T_map_robot.translation()).norm();
+                           site.scans[i - 1].estimate.T_map_robot.translation())
+                              .norm();
       if (std::isfinite(step)) length += step;
     }
     along.push_back(length);
@@ -97,7 +100,8 @@ std::vector<std::size_t> spread_along(const Site& site, std::size_t wanted) {
   std::vector<std::size_t> chosen;
   for (std::size_t i = 0; i < along.size(); ++i) {
     const double next = length * static_cast<double>(chosen.size()) / static_cast<double>(wanted);
-    if (along[i] >= next && (chosen.empty() || along[i] > along[chosen.back()])) chosen.push_back(i);
+    if (along[i] >= next && (chosen.empty() || along[i] > along[chosen.back()]))
+      chosen.push_back(i);
   }
   return chosen;
 }
@@ -110,23 +114,28 @@ double ellipse_scale(double largest, double room) {
   return scale;
 }
 
-std::string ellipse_layer(const Site& site, const View& view, double longer_side, MapFigure& figure) {
+std::string ellipse_layer(const Site& site, const View& view, double longer_side,
+                          MapFigure& figure) {
   const std::vector<std::size_t> chosen = spread_along(site, kEllipses);
   double largest = 0;
-  for (const std::size_t i : chosen) largest = std::max(largest, ellipse_of(site.scans[i].estimate.covariance).major);
+  for (const std::size_t i : chosen)
+    largest = std::max(largest, ellipse_of(site.scans[i].estimate.covariance).major);
   if (largest <= 0) return "";
   const double quantile = std::sqrt(kChi95In2);
-  figure.ellipse_scale = ellipse_scale(view.length(largest * quantile), kLargestEllipse * longer_side);
+  figure.ellipse_scale =
+      ellipse_scale(view.length(largest * quantile), kLargestEllipse * longer_side);
   const double scale = view.length(quantile * figure.ellipse_scale);
   std::string out = "<g class=\"layer ellipses\">\n";
   for (const std::size_t i : chosen) {
     const Ellipse e = ellipse_of(site.scans[i].estimate.covariance);
     const Point c = view(site.scans[i].estimate.T_map_robot);
-    out += fmt::format("<ellipse rx=\"{}\" ry=\"{}\" transform=\"translate({} {})rotate({})\"><title>sigma {} x {} cm, heading "
-                       "{} degrees</title></ellipse>\n", number(e.major * scale, 1), number(e.minor * scale, 1),
-                       number(c.x, 1), number(c.y, 1), number(-degrees(e.angle), 0), number(100 * e.major, 1),
-                       number(100 * e.minor, 1),
-                       number(degrees(std::sqrt(std::max(0.0, site.scans[i].estimate.covariance(2, 2)))), 2));
+    out += fmt::format(
+        "<ellipse rx=\"{}\" ry=\"{}\" transform=\"translate({} {})rotate({})\"><title>sigma {} x "
+        "{} cm, heading "
+        "{} degrees</title></ellipse>\n",
+        number(e.major * scale, 1), number(e.minor * scale, 1), number(c.x, 1), number(c.y, 1),
+        number(-degrees(e.angle), 0), number(100 * e.major, 1), number(100 * e.minor, 1),
+        number(degrees(std::sqrt(std::max(0.0, site.scans[i].estimate.covariance(2, 2)))), 2));
   }
   return out + "</g>\n";
 }
@@ -134,29 +143,38 @@ std::string ellipse_layer(const Site& site, const View& view, double longer_side
 /// Closures, the best fitting first so that the bad ones lie on top; the worst ones if too many.
 std::string closure_layer(const Site& site, Fit fit, const View& view, MapFigure& figure) {
   std::string out;
-  for (std::size_t i = 0; i < site.constraints.size() && figure.closures_drawn < kMaxClosures; ++i) {
+  for (std::size_t i = 0; i < site.constraints.size() && figure.closures_drawn < kMaxClosures;
+       ++i) {
     const Constraint& c = site.constraints[i];
     if (c.kind != ConstraintKind::closure || fit_of(c) != fit) continue;
-    const Point a = view(site.scans[c.from].estimate.T_map_robot), b = view(site.scans[c.to].estimate.T_map_robot);
-    out += fmt::format("<line id=\"c{}\" x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\"><title>{} - {}, chi2 {}</title></line>\n", i,
-                       number(a.x, 1), number(a.y, 1), number(b.x, 1), number(b.y, 1), c.from, c.to, number(c.chi2, 1));
+    const Point a = view(site.scans[c.from].estimate.T_map_robot),
+                b = view(site.scans[c.to].estimate.T_map_robot);
+    out += fmt::format(
+        "<line id=\"c{}\" x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\"><title>{} - {}, chi2 "
+        "{}</title></line>\n",
+        i, number(a.x, 1), number(a.y, 1), number(b.x, 1), number(b.y, 1), c.from, c.to,
+        number(c.chi2, 1));
     ++figure.closures_drawn;
   }
-  return out.empty() ? "" : fmt::format("<g class=\"layer closure {}\">\n{}</g>\n", style_of(fit), out);
+  return out.empty() ? ""
+                     : fmt::format("<g class=\"layer closure {}\">\n{}</g>\n", style_of(fit), out);
 }
 
 /// A bar of a round length in the lower left corner.
 std::string scale_bar(const View& view, double width, double height) {
   const double metres = ticks(width / view.length(1), 8).at(1);
   const double x = 0.02 * width, y = height - 0.02 * height, text = std::max(width, height) / 60;
-  return fmt::format("<g class=\"scale\"><path d=\"M{} {}h{}\"/><text x=\"{}\" y=\"{}\" font-size=\"{}\">{} m</text></g>\n",
-                     number(x), number(y), number(view.length(metres)), number(x), number(y - text / 2), number(text),
-                     number(metres, 3));
+  return fmt::format(
+      "<g class=\"scale\"><path d=\"M{} {}h{}\"/><text x=\"{}\" y=\"{}\" font-size=\"{}\">{} "
+      "m</text></g>\n",
+      number(x), number(y), number(view.length(metres)), number(x), number(y - text / 2),
+      number(text), number(metres, 3));
 }
 
 std::string marker(const char* style, Point p, double radius, const char* title) {
-  return fmt::format("<circle class=\"{}\" cx=\"{}\" cy=\"{}\" r=\"{}\"><title>{}</title></circle>\n", style, number(p.x, 1),
-                     number(p.y, 1), number(radius, 1), title);
+  return fmt::format(
+      "<circle class=\"{}\" cx=\"{}\" cy=\"{}\" r=\"{}\"><title>{}</title></circle>\n", style,
+      number(p.x, 1), number(p.y, 1), number(radius, 1), title);
 }
 
 void lay_onto(const Pose2& T_map_other, const Pose2& pose, std::vector<Point>& out) {
@@ -167,9 +185,12 @@ std::vector<Point> truth_path(const Site& site) {
   std::vector<Point> out;
   if (site.scans.empty() || site.truth.empty()) return out;
   const PosedScan& first = site.scans.front();
-  const auto distance = [&](const Truth& t) { return std::abs(to_seconds(t.time) - to_seconds(first.scan.time)); };
-  const auto nearest = std::min_element(site.truth.begin(), site.truth.end(),
-                                        [&](const Truth& a, const Truth& b) { return distance(a) < distance(b); });
+  const auto distance = [&](const Truth& t) {
+    return std::abs(to_seconds(t.time) - to_seconds(first.scan.time));
+  };
+  const auto nearest =
+      std::min_element(site.truth.begin(), site.truth.end(),
+                       [&](const Truth& a, const Truth& b) { return distance(a) < distance(b); });
   const Pose2 T_map_world = first.estimate.T_map_robot * nearest->T_world_robot.inverse();
   for (const Truth& t : site.truth) lay_onto(T_map_world, t.T_world_robot, out);
   return out;
@@ -179,7 +200,9 @@ std::vector<Point> truth_path(const Site& site) {
 
 Fit fit_of(const Constraint& closure) {
   if (!closure.enabled) return Fit::rejected;
-  return closure.chi2 <= kChi2Good ? Fit::good : closure.chi2 <= kChi2Strained ? Fit::strained : Fit::poor;
+  return closure.chi2 <= kChi2Good       ? Fit::good
+         : closure.chi2 <= kChi2Strained ? Fit::strained
+                                         : Fit::poor;
 }
 
 const char* style_of(Fit fit) {
@@ -207,27 +230,36 @@ MapFigure map_figure(const Site& site, const map::OccupancyGrid& grid, const Pat
   const View view(frame.x0, frame.y0, frame.pixel, frame.height);
   const double longer = std::max(frame.width, frame.height);
   std::string& svg = figure.svg;
-  svg = fmt::format("<svg class=\"map\" id=\"map\" viewBox=\"0 0 {0} {1}\" role=\"img\" aria-label=\"the map\">\n"
-                    "<image class=\"layer picture\" width=\"{0}\" height=\"{1}\" href=\"data:image/png;base64,{2}\"/>\n",
-                    frame.width, frame.height, base64(io::encode_png(io::shaded_map(grid, frame))));
+  svg = fmt::format(
+      "<svg class=\"map\" id=\"map\" viewBox=\"0 0 {0} {1}\" role=\"img\" aria-label=\"the map\">\n"
+      "<image class=\"layer picture\" width=\"{0}\" height=\"{1}\" "
+      "href=\"data:image/png;base64,{2}\"/>\n",
+      frame.width, frame.height, base64(io::encode_png(io::shaded_map(grid, frame))));
   const auto add = [&](std::string layer, const char* style, std::string label, bool shown) {
     if (layer.empty()) return;
     svg += layer;
     figure.layers.push_back({style, std::move(label), shown});
   };
   figure.layers.push_back({"picture", "map", true});
-  if (!paths.odometry.empty()) add(line_layer("odometry", paths.odometry, view), "odometry", "odometry alone", false);
-  if (!paths.front_end.empty()) add(line_layer("before", paths.front_end, view), "before", "before loop closing", false);
+  if (!paths.odometry.empty())
+    add(line_layer("odometry", paths.odometry, view), "odometry", "odometry alone", false);
+  if (!paths.front_end.empty())
+    add(line_layer("before", paths.front_end, view), "before", "before loop closing", false);
   if (!paths.truth.empty()) add(line_layer("truth", paths.truth, view), "truth", "truth", false);
-  if (!paths.final.empty()) add(line_layer("after", paths.final, view), "after", "trajectory", true);
+  if (!paths.final.empty())
+    add(line_layer("after", paths.final, view), "after", "trajectory", true);
   add(health_layer(site, Health::degraded, "weak", view), "weak", "weakly held", true);
   add(health_layer(site, Health::lost, "lost", view), "lost", "lost", true);
-  add(closure_layer(site, Fit::rejected, view, figure), "closure.rejected", "closures rejected", false);
+  add(closure_layer(site, Fit::rejected, view, figure), "closure.rejected", "closures rejected",
+      false);
   add(closure_layer(site, Fit::good, view, figure), "closure.good", "closures that fit", true);
-  add(closure_layer(site, Fit::strained, view, figure), "closure.strained", "closures under strain", true);
-  add(closure_layer(site, Fit::poor, view, figure), "closure.poor", "closures that fit badly", true);
+  add(closure_layer(site, Fit::strained, view, figure), "closure.strained", "closures under strain",
+      true);
+  add(closure_layer(site, Fit::poor, view, figure), "closure.poor", "closures that fit badly",
+      true);
   const std::string ellipses = ellipse_layer(site, view, longer, figure);
-  const std::string enlarged = figure.ellipse_scale > 1 ? fmt::format(", {} times enlarged", figure.ellipse_scale) : "";
+  const std::string enlarged =
+      figure.ellipse_scale > 1 ? fmt::format(", {} times enlarged", figure.ellipse_scale) : "";
   add(ellipses, "ellipses", "95 % ellipses" + enlarged, false);
   if (!site.scans.empty()) {
     svg += marker("start", view(site.scans.front().estimate.T_map_robot), longer / 150, "start");
@@ -249,12 +281,14 @@ std::string path_figure(const Paths& paths) {
     }
   }
   constexpr double kWidth = 900, kMargin = 20, kHighest = 700;
-  const double unit = std::max({(x1 - x0) / (kWidth - 2 * kMargin), (y1 - y0) / (kHighest - 2 * kMargin), 1e-3});
+  const double unit =
+      std::max({(x1 - x0) / (kWidth - 2 * kMargin), (y1 - y0) / (kHighest - 2 * kMargin), 1e-3});
   const double height = (y1 - y0) / unit + 2 * kMargin;
   const double left = x0 - (kWidth - (x1 - x0) / unit) / 2 * unit;  // in the middle
   const View view(left, y0 - kMargin * unit, unit, height);
-  std::string svg = fmt::format("<svg class=\"paths\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"trajectories\">\n",
-                                kWidth, number(height));
+  std::string svg = fmt::format(
+      "<svg class=\"paths\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"trajectories\">\n",
+      kWidth, number(height));
   if (!paths.odometry.empty()) svg += line_layer("odometry", paths.odometry, view);
   if (!paths.front_end.empty()) svg += line_layer("before", paths.front_end, view);
   if (!paths.truth.empty()) svg += line_layer("truth", paths.truth, view);

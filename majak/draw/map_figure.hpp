@@ -15,7 +15,8 @@ namespace majak::draw {
 /// How well a closure fits the final poses: chi-square with 3 degrees of freedom.
 enum class Fit { good, strained, poor, rejected };
 
-/// good up to the 95 % quantile, strained up to the 99.9 % one, poor beyond; rejected when disabled.
+/// good up to the 95 % quantile, strained up to the 99.9 % one, poor beyond; rejected when
+/// disabled.
 Fit fit_of(const Constraint& closure);
 const char* style_of(Fit fit);  ///< class in the style sheet: "good" ...
 
@@ -35,8 +36,8 @@ struct Layer {
 
 struct MapFigure {
   std::string svg;
-  std::vector<Layer> layers;     ///< those that are there
-  double ellipse_scale = 1;      ///< the ellipses are drawn so many times larger than 95 %
+  std::vector<Layer> layers;  ///< those that are there
+  double ellipse_scale = 1;   ///< the ellipses are drawn so many times larger than 95 %
   std::size_t closures_drawn = 0;
 };
 

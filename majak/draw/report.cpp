@@ -31,16 +31,19 @@ std::string list(const std::vector<std::string>& sentences) {
 
 std::string clock(double seconds) {
   const auto whole = static_cast<long long>(std::llround(seconds));
-  if (whole >= 3600) return fmt::format("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60);
+  if (whole >= 3600)
+    return fmt::format("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60);
   return fmt::format("{}:{:02} min", whole / 60, whole % 60);
 }
 
 std::string metres(double value) {
-  return value < 0.995 ? number(100 * value, value < 0.1 ? 1 : 0) + " cm" : number(value, value < 100 ? 1 : 0) + " m";
+  return value < 0.995 ? number(100 * value, value < 0.1 ? 1 : 0) + " cm"
+                       : number(value, value < 100 ? 1 : 0) + " m";
 }
 
 std::string tile(const std::string& value, const std::string& label, const std::string& more) {
-  return fmt::format("<div class=\"tile\"><b>{}</b><span>{}<i>{}</i></span></div>\n", value, label, more);
+  return fmt::format("<div class=\"tile\"><b>{}</b><span>{}<i>{}</i></span></div>\n", value, label,
+                     more);
 }
 
 std::string tiles(const io::Figures& f) {
@@ -48,11 +51,15 @@ std::string tiles(const io::Figures& f) {
   out += tile(metres(f.path_m), "driven", "in " + clock(f.duration_s));
   out += tile(grouped(std::llround(f.known_area_m2)) + " m²", "seen",
               fmt::format("on {} x {} m", number(f.width_m, 0), number(f.height_m, 0)));
-  out += tile(grouped(static_cast<long long>(f.scans)), "scans", fmt::format("{} of them key scans", f.key_scans));
-  out += tile(grouped(static_cast<long long>(f.closures)), f.closures == 1 ? "loop closure" : "loop closures",
+  out += tile(grouped(static_cast<long long>(f.scans)), "scans",
+              fmt::format("{} key scans", f.key_scans));
+  out += tile(grouped(static_cast<long long>(f.closures)),
+              f.closures == 1 ? "loop closure" : "loop closures",
               fmt::format("{} more rejected", f.closures_rejected));
-  out += tile("±" + metres(f.position_sigma_median_m), "sure of the place", "worst ±" + metres(f.position_sigma_max_m));
-  out += tile(fmt::format("±{}°", number(degrees(f.heading_sigma_median_rad), 2)), "sure of the heading",
+  out += tile("±" + metres(f.position_sigma_median_m), "sure of the place",
+              "worst ±" + metres(f.position_sigma_max_m));
+  out += tile(fmt::format("±{}°", number(degrees(f.heading_sigma_median_rad), 2)),
+              "sure of the heading",
               fmt::format("worst ±{}°", number(degrees(f.heading_sigma_max_rad), 2)));
   return out + "</div>\n";
 }
@@ -61,18 +68,23 @@ std::string keys(const MapFigure& figure) {
   std::string out = "<div class=\"keys\">\n";
   for (const Layer& layer : figure.layers) {
     const std::string colour = layer.style.substr(layer.style.find('.') + 1);
-    const std::string swatch =
-        layer.style == "picture" ? ""
-        : fmt::format("<i class=\"swatch\" style=\"--c:var(--{})\"></i>",
-                      colour == "ellipses" ? "ellipse" : colour == "rejected" ? "odometry" : colour);
-    out += fmt::format("<label><input type=\"checkbox\" data-layer=\"{}\"{}>{}{}</label>\n", layer.style,
-                       layer.shown ? " checked" : "", swatch, escape(layer.label));
+    const std::string swatch = layer.style == "picture"
+                                   ? ""
+                                   : fmt::format("<i class=\"swatch\" style=\"--c:var(--{})\"></i>",
+                                                 colour == "ellipses"   ? "ellipse"
+                                                 : colour == "rejected" ? "odometry"
+                                                                        : colour);
+    out += fmt::format("<label><input type=\"checkbox\" data-layer=\"{}\"{}>{}{}</label>\n",
+                       layer.style, layer.shown ? " checked" : "", swatch, escape(layer.label));
   }
-  return out + "<span><button id=\"in\" type=\"button\">+</button> <button id=\"out\" type=\"button\">&minus;</button> "
-               "<button id=\"home\" type=\"button\">whole map</button></span></div>\n";
+  return out +
+         "<span><button id=\"in\" type=\"button\">+</button> <button id=\"out\" "
+         "type=\"button\">&minus;</button> "
+         "<button id=\"home\" type=\"button\">whole map</button></span></div>\n";
 }
 
-/// Layers that start switched off get their class in the text, so that the page needs no script to be right.
+/// Layers that start switched off get their class in the text, so that the page needs no script to
+/// be right.
 std::string with_hidden_layers(std::string svg, const std::vector<Layer>& layers) {
   for (const Layer& layer : layers) {
     if (layer.shown) continue;
@@ -92,7 +104,8 @@ std::string with_hidden_layers(std::string svg, const std::vector<Layer>& layers
 std::string map_section(const Site& site, const map::OccupancyGrid& grid, const Paths& paths) {
   const MapFigure figure = map_figure(site, grid, paths);
   return section("The map", with_hidden_layers(figure.svg, figure.layers) + keys(figure) +
-                                "<p class=\"soft\">Drag to move; double click or Ctrl and the wheel to zoom; closures and ellipses tell "
+                                "<p class=\"soft\">Drag to move; double click or Ctrl and the "
+                                "wheel to zoom; closures and ellipses tell "
                                 "more under the pointer.</p>\n");
 }
 
@@ -101,7 +114,8 @@ std::string path_section(const Paths& paths) {
   std::string key = "<div class=\"keys\">\n";
   const auto add = [&](const std::vector<Point>& path, const char* style, const char* label) {
     if (path.empty()) return;
-    key += fmt::format("<span><i class=\"swatch\" style=\"--c:var(--{})\"></i> {}</span>\n", style, label);
+    key += fmt::format("<span><i class=\"swatch\" style=\"--c:var(--{})\"></i> {}</span>\n", style,
+                       label);
   };
   add(paths.odometry, "odometry", "odometry alone");
   add(paths.front_end, "before", "before loop closing");
@@ -153,17 +167,20 @@ std::string chart_section(const Site& site, const io::Figures& f) {
   Time start = site.scans.front().scan.time;
   for (const PosedScan& posed : site.scans) start = std::min(start, posed.scan.time);
   const std::vector<Band> bands = joined(health_bands(site, start), f.duration_s / 60 / 400);
-  std::string out = chart_of(site, start, {"Position, one sigma (larger axis)", "cm", {}, bands, 0}, [](const PosedScan& p) {
-    return 100 * io::position_sigma(p.estimate.covariance);
-  });
-  out += chart_of(site, start, {"Heading, one sigma", "degrees", {}, bands, 0}, [](const PosedScan& p) {
-    return degrees(std::sqrt(std::max(0.0, p.estimate.covariance(2, 2))));
-  });
+  std::string out =
+      chart_of(site, start, {"Position, one sigma (larger axis)", "cm", {}, bands, 0},
+               [](const PosedScan& p) { return 100 * io::position_sigma(p.estimate.covariance); });
+  out += chart_of(site, start, {"Heading, one sigma", "degrees", {}, bands, 0},
+                  [](const PosedScan& p) {
+                    return degrees(std::sqrt(std::max(0.0, p.estimate.covariance(2, 2))));
+                  });
   out += chart_of(site, start, {"Share of the beams that fit the map", "", {}, bands, 1},
                   [](const PosedScan& p) { return static_cast<double>(p.match_score); });
   if (!bands.empty()) {
-    out += "<div class=\"keys\"><span><i class=\"swatch\" style=\"--c:var(--weak)\"></i> weakly held</span>"
-           "<span><i class=\"swatch\" style=\"--c:var(--lost)\"></i> lost</span></div>\n";
+    out +=
+        "<div class=\"keys\"><span><i class=\"swatch\" style=\"--c:var(--weak)\"></i> weakly "
+        "held</span>"
+        "<span><i class=\"swatch\" style=\"--c:var(--lost)\"></i> lost</span></div>\n";
   }
   return section("Over time", out);
 }
@@ -171,16 +188,20 @@ std::string chart_section(const Site& site, const io::Figures& f) {
 std::string closure_row(const Site& site, std::size_t index) {
   const Constraint& c = site.constraints[index];
   const double apart = to_seconds(site.scans[c.to].scan.time - site.scans[c.from].scan.time);
-  const Pose2 found = between(site.scans[c.from].estimate.T_map_robot, site.scans[c.to].estimate.T_map_robot);
+  const Pose2 found =
+      between(site.scans[c.from].estimate.T_map_robot, site.scans[c.to].estimate.T_map_robot);
   const Pose2 left = between(c.T_from_to, found);
   constexpr const char* kVerdicts[] = {"fits", "under strain", "fits badly", "rejected"};
   const Fit fit = fit_of(c);
   const char* colour = fit == Fit::rejected ? "odometry" : style_of(fit);
-  return fmt::format("<tr data-closure=\"c{}\"><td class=\"l\"><i class=\"dot\" style=\"--c:var(--{})\"></i>{}</td><td>{}</td><td>{}</td>"
-                     "<td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
-                     index, colour, kVerdicts[static_cast<std::size_t>(fit)], c.from, c.to, number(std::abs(apart), 0),
-                     number(100 * c.score, 0), number(100 * c.overlap, 0), number(100 * left.translation().norm(), 1),
-                     number(degrees(std::abs(left.theta)), 2), number(c.chi2, 1));
+  return fmt::format(
+      "<tr data-closure=\"c{}\"><td class=\"l\"><i class=\"dot\" "
+      "style=\"--c:var(--{})\"></i>{}</td><td>{}</td><td>{}</td>"
+      "<td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+      index, colour, kVerdicts[static_cast<std::size_t>(fit)], c.from, c.to,
+      number(std::abs(apart), 0), number(100 * c.score, 0), number(100 * c.overlap, 0),
+      number(100 * left.translation().norm(), 1), number(degrees(std::abs(left.theta)), 2),
+      number(c.chi2, 1));
 }
 
 std::string closure_section(const Site& site, const io::Figures& f) {
@@ -188,27 +209,40 @@ std::string closure_section(const Site& site, const io::Figures& f) {
   for (std::size_t i = 0; i < site.constraints.size(); ++i) {
     if (site.constraints[i].kind == ConstraintKind::closure) closures.push_back(i);
   }
-  if (closures.empty()) return section("Loop closures", "<p class=\"soft\">None: no place was recognised again.</p>\n");
-  std::string out = fmt::format("<p class=\"soft\">{} accepted, {} rejected. The residual is what is left between the measured "
-                                "and the final relative pose.</p>\n", f.closures, f.closures_rejected);
-  out += "<div class=\"scroll\"><table class=\"sort\"><thead><tr><th class=\"l\">verdict</th><th>from</th><th>to</th><th>apart, "
-         "s</th><th>fit, %</th><th>overlap, %</th><th>residual, cm</th><th>residual, °</th><th>chi²</th></tr></thead><tbody>\n";
+  if (closures.empty())
+    return section("Loop closures", "<p class=\"soft\">None: no place was recognised again.</p>\n");
+  std::string out = fmt::format(
+      "<p class=\"soft\">{} accepted, {} rejected. The residual is what is left between the "
+      "measured "
+      "and the final relative pose.</p>\n",
+      f.closures, f.closures_rejected);
+  out +=
+      "<div class=\"scroll\"><table class=\"sort\"><thead><tr><th "
+      "class=\"l\">verdict</th><th>from</th><th>to</th><th>apart, "
+      "s</th><th>fit, %</th><th>overlap, %</th><th>residual, cm</th><th>residual, "
+      "°</th><th>chi²</th></tr></thead><tbody>\n";
   const std::size_t rows = std::min(closures.size(), kClosureRows);
   for (std::size_t i = 0; i < rows; ++i) out += closure_row(site, closures[i]);
   out += "</tbody></table></div>\n";
   if (rows < closures.size()) {
-    out += fmt::format("<p class=\"soft\">The first {}; the other {} are in site.majak.</p>\n", rows, closures.size() - rows);
+    out += fmt::format("<p class=\"soft\">The first {}; the other {} are in site.majak.</p>\n",
+                       rows, closures.size() - rows);
   }
   return section("Loop closures", out);
 }
 
 std::string skipped_section(const Report& report) {
-  if (report.empty()) return section("Skipped", "<p class=\"soft\">Nothing: every record was understood and used.</p>\n");
-  std::string out = "<table><thead><tr><th class=\"l\">what</th><th>how many</th><th>first at line</th></tr></thead><tbody>\n";
+  if (report.empty())
+    return section("Skipped",
+                   "<p class=\"soft\">Nothing: every record was understood and used.</p>\n");
+  std::string out =
+      "<table><thead><tr><th class=\"l\">what</th><th>how many</th><th>first at "
+      "line</th></tr></thead><tbody>\n";
   std::size_t rows = 0;
   for (const auto& [what, entry] : report.entries()) {
     if (rows++ == kSkippedRows) break;
-    out += fmt::format("<tr><td class=\"l\">{}</td><td>{}</td><td>{}</td></tr>\n", escape(what), grouped(entry.count),
+    out += fmt::format("<tr><td class=\"l\">{}</td><td>{}</td><td>{}</td></tr>\n", escape(what),
+                       grouped(entry.count),
                        entry.first_line > 0 ? std::to_string(entry.first_line) : "");
   }
   return section("Skipped and noticed", out + "</tbody></table>\n");
@@ -218,28 +252,33 @@ std::string figure_section(const std::string& title, const std::vector<io::Named
   if (figures.empty()) return "";
   std::string out = "<table><tbody>\n";
   for (const auto& [name, value] : figures) {
-    out += fmt::format("<tr><td class=\"l\">{}</td><td>{}</td></tr>\n", escape(name), number(value, 4));
+    out += fmt::format("<tr><td class=\"l\">{}</td><td>{}</td></tr>\n", escape(name),
+                       number(value, 4));
   }
   return section(title, out + "</tbody></table>\n");
 }
 
 std::string options_section(const Site& site) {
   if (site.options_toml.empty()) return "";
-  return fmt::format("<section><details><summary>Options used</summary><pre>{}</pre></details></section>\n",
-                     escape(site.options_toml));
+  return fmt::format(
+      "<section><details><summary>Options used</summary><pre>{}</pre></details></section>\n",
+      escape(site.options_toml));
 }
 
 }  // namespace
 
-std::string report_html(const Site& site, const map::OccupancyGrid& grid, const ReportExtras& extras) {
+std::string report_html(const Site& site, const map::OccupancyGrid& grid,
+                        const ReportExtras& extras) {
   const io::Figures figures = io::figures_of(site, grid);
   const Paths paths = paths_of(site);
   const std::string name = escape(site.source_name.empty() ? "the map" : site.source_name);
   std::string out = fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0} - majak</title>\n"
-      "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><meta name=\"color-scheme\" content=\"light dark\">\n"
-      "<style>{1}</style></head>\n<body><main>\n<h1>{0}</h1>\n<p class=\"lead soft\">{2}</p>\n", name, report_style(),
-      escape(verdict_in_words(site, figures)));
+      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0} - "
+      "majak</title>\n"
+      "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><meta "
+      "name=\"color-scheme\" content=\"light dark\">\n"
+      "<style>{1}</style></head>\n<body><main>\n<h1>{0}</h1>\n<p class=\"lead soft\">{2}</p>\n",
+      name, report_style(), escape(verdict_in_words(site, figures)));
   out += tiles(figures);
   out += map_section(site, grid, paths);
   out += section("The odometry", list(odometry_in_words(site)));
@@ -250,9 +289,11 @@ std::string report_html(const Site& site, const map::OccupancyGrid& grid, const 
   out += skipped_section(site.report);
   out += figure_section("Time it took", extras.timing);
   out += options_section(site);
-  out += fmt::format("<footer>Drawn by majak{}{}. Grid of {} cm.</footer>\n</main>\n<script>{}</script>\n</body></html>\n",
-                     extras.version.empty() ? "" : " ", escape(extras.version), number(100 * grid.resolution(), 1),
-                     report_script());
+  out += fmt::format(
+      "<footer>Drawn by majak{}{}. Grid of {} "
+      "cm.</footer>\n</main>\n<script>{}</script>\n</body></html>\n",
+      extras.version.empty() ? "" : " ", escape(extras.version), number(100 * grid.resolution(), 1),
+      report_script());
   return out;
 }
 

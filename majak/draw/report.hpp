@@ -11,7 +11,8 @@
 
 namespace majak::draw {
 
-/// What the site does not know. Names end in their unit ("matching_cpu_s"); empty lists are left out.
+/// What the site does not know. Names end in their unit ("matching_cpu_s"); empty lists are left
+/// out.
 struct ReportExtras {
   std::vector<io::NamedFigure> timing;
   std::vector<io::NamedFigure> evaluation;
@@ -19,6 +20,7 @@ struct ReportExtras {
 };
 
 /// The whole page. Equal sites (and extras) give equal bytes.
-std::string report_html(const Site& site, const map::OccupancyGrid& grid, const ReportExtras& extras = {});
+std::string report_html(const Site& site, const map::OccupancyGrid& grid,
+                        const ReportExtras& extras = {});
 
 }  // namespace majak::draw

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bricks of SVG and HTML text: numbers, escapes, paths, embedded bytes. Equal input, equal bytes.
+// The bricks of SVG and HTML text: numbers, escapes, paths, embedded bytes. Equal input, equal
+// bytes.
 #pragma once
 
 #include <string>
@@ -13,7 +14,8 @@ struct Point {
   bool operator==(const Point&) const = default;
 };
 
-/// Fixed decimals without idle zeros ("1.5", "0", never "-0"); not-a-number and infinities print as 0.
+/// Fixed decimals without idle zeros ("1.5", "0", never "-0"); not-a-number and infinities print as
+/// 0.
 std::string number(double value, int decimals = 2);
 
 /// Whole numbers with thin gaps between the thousands, as HTML.

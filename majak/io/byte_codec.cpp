@@ -21,7 +21,9 @@ constexpr float kMaxSteps = 1e6F;  // 10 km in centimetres; larger values go raw
 
 double per_metre(RangeCode code) { return code == kCentimetres ? 100.0 : 1000.0; }
 
-float metres(std::int64_t steps, double scale) { return static_cast<float>(static_cast<double>(steps) / scale); }
+float metres(std::int64_t steps, double scale) {
+  return static_cast<float>(static_cast<double>(steps) / scale);
+}
 
 std::uint64_t zigzag(std::int64_t value) {
   return (static_cast<std::uint64_t>(value) << 1) ^ static_cast<std::uint64_t>(value >> 63);
@@ -45,12 +47,15 @@ bool in_steps(const std::vector<float>& ranges, double scale, std::vector<std::i
     if (!(std::abs(range) < limit)) return false;
     const double scaled = static_cast<double>(range) * scale;
     steps[i] = static_cast<std::int64_t>(scaled + (scaled < 0 ? -0.5 : 0.5));
-    if (std::bit_cast<std::uint32_t>(metres(steps[i], scale)) != std::bit_cast<std::uint32_t>(range)) return false;
+    if (std::bit_cast<std::uint32_t>(metres(steps[i], scale)) !=
+        std::bit_cast<std::uint32_t>(range))
+      return false;
   }
   return true;
 }
 
-void write_steps(ByteWriter& writer, const std::vector<float>& ranges, const std::vector<std::int64_t>& steps) {
+void write_steps(ByteWriter& writer, const std::vector<float>& ranges,
+                 const std::vector<std::int64_t>& steps) {
   std::int64_t last = 0;
   for (std::size_t i = 0; i < ranges.size(); ++i) {
     if (ranges[i] == kNoReturn) {
@@ -98,7 +103,8 @@ void ByteWriter::symmetric(const Mat3& matrix) {
   bool exact = true;
   for (int r = 0; r < 3; ++r) {
     for (int c = 0; c < r; ++c) {
-      exact &= std::bit_cast<std::uint64_t>(matrix(r, c)) == std::bit_cast<std::uint64_t>(matrix(c, r));
+      exact &=
+          std::bit_cast<std::uint64_t>(matrix(r, c)) == std::bit_cast<std::uint64_t>(matrix(c, r));
     }
   }
   u8(exact ? 1 : 0);
@@ -199,7 +205,8 @@ std::vector<float> read_ranges(ByteReader& reader) {
       continue;
     }
     const std::int64_t change = unzigzag(symbol - kFirstStep);
-    last = static_cast<std::int64_t>(static_cast<std::uint64_t>(last) + static_cast<std::uint64_t>(change));
+    last = static_cast<std::int64_t>(static_cast<std::uint64_t>(last) +
+                                     static_cast<std::uint64_t>(change));
     range = metres(last, per_metre(static_cast<RangeCode>(code)));
   }
   return ranges;

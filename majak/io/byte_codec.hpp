@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Little-endian bytes of the site file's records: fixed-width numbers, varints, ranges without loss.
+// Little-endian bytes of the site file's records: fixed-width numbers, varints, ranges without
+// loss.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +19,7 @@ class ByteWriter {
   void u8(std::uint8_t value) { out_.push_back(static_cast<char>(value)); }
   void u32(std::uint32_t value);
   void u64(std::uint64_t value);
-  void f32(float value);   ///< all bits, also those of not-a-numbers
+  void f32(float value);  ///< all bits, also those of not-a-numbers
   void f64(double value);
   void varint(std::uint64_t value);  ///< 7 bits a byte, low first
   void pose(const Pose2& pose);

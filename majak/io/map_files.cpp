@@ -27,7 +27,8 @@ constexpr double kSureFree = -1.0;           ///< and fully white
 std::uint8_t shade(std::int16_t stored) {
   if (stored == OccupancyGrid::kUnknown) return kUnknownValue;
   const double log_odds = stored * OccupancyGrid::kUnit;
-  const double share = std::min(1.0, log_odds > 0 ? log_odds / kSureOccupied : log_odds / kSureFree);
+  const double share =
+      std::min(1.0, log_odds > 0 ? log_odds / kSureOccupied : log_odds / kSureFree);
   const double goal = log_odds > 0 ? 0.0 : 255.0;
   return static_cast<std::uint8_t>(std::lround(kUnknownValue + share * (goal - kUnknownValue)));
 }
@@ -48,7 +49,8 @@ Image render(const OccupancyGrid& grid, const MapFrame& frame, ToValue to_value)
   }
   Image image(frame.width, frame.height, 1);
   const int n = frame.cells_per_pixel;
-  std::vector<std::int16_t> cells(static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(n));
+  std::vector<std::int16_t> cells(static_cast<std::size_t>(frame.width) *
+                                  static_cast<std::size_t>(n));
   std::vector<std::int16_t> best(static_cast<std::size_t>(frame.width));
   for (int y = 0; y < frame.height; ++y) {
     std::fill(best.begin(), best.end(), OccupancyGrid::kUnknown);
@@ -70,12 +72,15 @@ Image render(const OccupancyGrid& grid, const MapFrame& frame, ToValue to_value)
 MapFrame frame_of(const OccupancyGrid& grid, std::size_t max_pixels) {
   const map::CellBox known = grid.bounds();
   MapFrame frame;
-  frame.box = {known.x0 - kMargin, known.y0 - kMargin, known.width + 2 * kMargin, known.height + 2 * kMargin};
+  frame.box = {known.x0 - kMargin, known.y0 - kMargin, known.width + 2 * kMargin,
+               known.height + 2 * kMargin};
   const auto pixels = [&](int n) {
     return std::size_t(frame.box.width / n + 1) * std::size_t(frame.box.height / n + 1);
   };
   int n = 1;
-  while (pixels(n) > std::max<std::size_t>(max_pixels, 1) && n < std::max(frame.box.width, frame.box.height)) ++n;
+  while (pixels(n) > std::max<std::size_t>(max_pixels, 1) &&
+         n < std::max(frame.box.width, frame.box.height))
+    ++n;
   frame.cells_per_pixel = n;
   frame.width = (frame.box.width + n - 1) / n;
   frame.height = (frame.box.height + n - 1) / n;
@@ -85,9 +90,13 @@ MapFrame frame_of(const OccupancyGrid& grid, std::size_t max_pixels) {
   return frame;
 }
 
-Image shaded_map(const OccupancyGrid& grid, const MapFrame& frame) { return render(grid, frame, shade); }
+Image shaded_map(const OccupancyGrid& grid, const MapFrame& frame) {
+  return render(grid, frame, shade);
+}
 
-Image trinary_map(const OccupancyGrid& grid, const MapFrame& frame) { return render(grid, frame, trinary); }
+Image trinary_map(const OccupancyGrid& grid, const MapFrame& frame) {
+  return render(grid, frame, trinary);
+}
 
 std::string pgm_text(const Image& image) {
   std::string text = fmt::format("P5\n{} {}\n255\n", image.width, image.height);

@@ -14,11 +14,11 @@ namespace majak::io {
 
 /// Where a picture of the grid lies in the map.
 struct MapFrame {
-  map::CellBox box;      ///< cells shown, a margin of unknown ones around the known
-  int cells_per_pixel = 1;  ///< along a side; more than 1 when the grid would exceed max_pixels
+  map::CellBox box;           ///< cells shown, a margin of unknown ones around the known
+  int cells_per_pixel = 1;    ///< along a side; more than 1 when the grid would exceed max_pixels
   int width = 0, height = 0;  ///< pixels
-  double pixel = 0;      ///< m, side of a pixel
-  double x0 = 0, y0 = 0; ///< m, the lower left corner of the lower left pixel
+  double pixel = 0;           ///< m, side of a pixel
+  double x0 = 0, y0 = 0;      ///< m, the lower left corner of the lower left pixel
 };
 
 MapFrame frame_of(const map::OccupancyGrid& grid, std::size_t max_pixels = std::size_t{1} << 25);

@@ -56,7 +56,8 @@ std::string comment(const OptionField& field) {
   if (!unit.empty() || range) {
     text += unit.empty() ? " (" : fmt::format(" ({}", unit);
     if (!unit.empty() && range) text += ", ";
-    if (range) text += fmt::format("{} ... {}", bound_text(field.info.min), bound_text(field.info.max));
+    if (range)
+      text += fmt::format("{} ... {}", bound_text(field.info.min), bound_text(field.info.max));
     text += ')';
   }
   return text;
@@ -80,9 +81,10 @@ const char* type_name(const OptionField& field) {
 Value checked(const OptionField& field, const toml::node& node, const std::string& where) {
   const auto check = [&](double number) {
     if (number >= field.info.min && number <= field.info.max) return;
-    fail(where, field.name, fmt::format("is {}, but must be from {} to {}{}{}", number, bound_text(field.info.min),
-                                        bound_text(field.info.max), *field.info.unit ? " " : "",
-                                        std::string_view(field.info.unit) == "1" ? "" : field.info.unit));
+    fail(where, field.name,
+         fmt::format("is {}, but must be from {} to {}{}{}", number, bound_text(field.info.min),
+                     bound_text(field.info.max), *field.info.unit ? " " : "",
+                     std::string_view(field.info.unit) == "1" ? "" : field.info.unit));
   };
   if (std::holds_alternative<bool*>(field.value)) {
     if (const auto* flag = node.as_boolean()) return flag->get();
@@ -91,7 +93,8 @@ Value checked(const OptionField& field, const toml::node& node, const std::strin
     check(static_cast<double>(number));
     if (std::holds_alternative<double*>(field.value)) return static_cast<double>(number);
     if (number == static_cast<int>(number)) return static_cast<int>(number);
-  } else if (const auto* real = node.as_floating_point(); real && std::holds_alternative<double*>(field.value)) {
+  } else if (const auto* real = node.as_floating_point();
+             real && std::holds_alternative<double*>(field.value)) {
     check(real->get());
     return real->get();
   }
@@ -131,7 +134,8 @@ void collect(const OptionFields& fields, const toml::table& table, const std::st
 void assign(const Assignment& assignment) {
   std::visit(
       [](auto* target, auto value) {
-        if constexpr (std::is_same_v<std::remove_pointer_t<decltype(target)>, decltype(value)>) *target = value;
+        if constexpr (std::is_same_v<std::remove_pointer_t<decltype(target)>, decltype(value)>)
+          *target = value;
       },
       assignment.field->value, assignment.value);
 }
@@ -149,7 +153,8 @@ std::string options_toml(const OptionFields& fields) {
     if (!table.empty()) text += fmt::format("{}[{}]\n", text.empty() ? "" : "\n", table);
     for (const OptionField& field : fields.list) {
       const auto [its_table, key] = split_name(field.name);
-      if (its_table == table) text += fmt::format("{}\n{} = {}\n", comment(field), key, value_text(field));
+      if (its_table == table)
+        text += fmt::format("{}\n{} = {}\n", comment(field), key, value_text(field));
     }
   }
   return text;
@@ -161,7 +166,8 @@ void apply_options(OptionFields& fields, std::string_view text, const std::strin
     const toml::table table = toml::parse(text, name);
     collect(fields, table, "", name, assignments);
   } catch (const toml::parse_error& e) {
-    throw Error(fmt::format("{}:{}: not valid TOML: {}", name, e.source().begin.line, e.description()));
+    throw Error(
+        fmt::format("{}:{}: not valid TOML: {}", name, e.source().begin.line, e.description()));
   }
   for (const Assignment& assignment : assignments) assign(assignment);
 }
@@ -170,7 +176,8 @@ void apply_options_file(OptionFields& fields, const std::filesystem::path& path)
   std::ifstream in(path, std::ios::binary);
   std::ostringstream text;
   if (in) text << in.rdbuf();
-  if (!in || !text) throw Error(path.string() + ": cannot be read; give a file written as options.toml");
+  if (!in || !text)
+    throw Error(path.string() + ": cannot be read; give a file written as options.toml");
   apply_options(fields, text.str(), path.string());
 }
 

@@ -11,10 +11,12 @@ namespace majak::io {
 
 namespace {
 
-constexpr int kLevel = 4;  // maps of some megapixels: 3 times faster than level 6, files 10 % larger
+constexpr int kLevel =
+    4;  // maps of some megapixels: 3 times faster than level 6, files 10 % larger
 
 void append_u32(std::string& out, std::uint32_t value) {
-  for (int shift = 24; shift >= 0; shift -= 8) out.push_back(static_cast<char>(value >> shift & 0xff));
+  for (int shift = 24; shift >= 0; shift -= 8)
+    out.push_back(static_cast<char>(value >> shift & 0xff));
 }
 
 const Bytef* bytes_of(const void* p) { return static_cast<const Bytef*>(p); }
@@ -39,7 +41,8 @@ std::string header(const Image& image) {
 
 /// Each row with its filter type (0: none) before it.
 std::string deflate_rows(const Image& image) {
-  const std::size_t stride = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels);
+  const std::size_t stride =
+      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels);
   std::string raw;
   raw.reserve((stride + 1) * static_cast<std::size_t>(image.height));
   for (int y = 0; y < image.height; ++y) {
@@ -48,7 +51,8 @@ std::string deflate_rows(const Image& image) {
   }
   uLongf size = compressBound(raw.size());
   std::string packed(size, '\0');
-  if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size, bytes_of(raw.data()), raw.size(), kLevel) != Z_OK) {
+  if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size, bytes_of(raw.data()), raw.size(),
+                kLevel) != Z_OK) {
     throw Error("picture: cannot be compressed: not enough memory");
   }
   packed.resize(size);
@@ -58,7 +62,8 @@ std::string deflate_rows(const Image& image) {
 }  // namespace
 
 std::string encode_png(const Image& image) {
-  const std::size_t expected = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
+  const std::size_t expected = static_cast<std::size_t>(image.width) *
+                               static_cast<std::size_t>(image.height) *
                                static_cast<std::size_t>(image.channels);
   const bool known = image.channels == 1 || image.channels == 3 || image.channels == 4;
   if (image.width <= 0 || image.height <= 0 || !known || image.pixels.size() != expected) {

@@ -16,8 +16,12 @@ struct Image {
 
   Image() = default;
   Image(int w, int h, int c, std::uint8_t value = 0)
-      : width(w), height(h), channels(c),
-        pixels(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * static_cast<std::size_t>(c), value) {}
+      : width(w),
+        height(h),
+        channels(c),
+        pixels(
+            static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * static_cast<std::size_t>(c),
+            value) {}
   std::uint8_t* row(int y) {
     return pixels.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width * channels);
   }

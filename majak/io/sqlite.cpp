@@ -13,7 +13,9 @@ Database::Database(const std::string& name, int flags) {
   if (code != SQLITE_OK) throw Error(raw ? sqlite3_errmsg(raw) : "not enough memory");
 }
 
-Database Database::in_memory() { return Database(":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE); }
+Database Database::in_memory() {
+  return Database(":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
+}
 
 Database Database::read_only(const std::string& path) {
   // Immutable: no locks, and no journal beside the file is believed.
@@ -41,24 +43,27 @@ void Database::run(const char* sql) const {
 void Database::serialize(const std::function<void(std::string_view)>& take) const {
   constexpr std::size_t kPiece = 1 << 16;
   sqlite3_int64 size = 0;
-  const std::unique_ptr<unsigned char, void (*)(void*)> bytes(sqlite3_serialize(handle_.get(), "main", &size, 0),
-                                                              sqlite3_free);
+  const std::unique_ptr<unsigned char, void (*)(void*)> bytes(
+      sqlite3_serialize(handle_.get(), "main", &size, 0), sqlite3_free);
   if (!bytes) throw Error("not enough memory");
   std::string_view rest(reinterpret_cast<const char*>(bytes.get()), static_cast<std::size_t>(size));
-  for (; !rest.empty(); rest.remove_prefix(std::min(kPiece, rest.size()))) take(rest.substr(0, kPiece));
+  for (; !rest.empty(); rest.remove_prefix(std::min(kPiece, rest.size())))
+    take(rest.substr(0, kPiece));
 }
 
 double Statement::real() {
   const int column = column_++;
   // SQLite keeps not-a-numbers as NULL.
-  if (sqlite3_column_type(handle_.get(), column) == SQLITE_NULL) return std::numeric_limits<double>::quiet_NaN();
+  if (sqlite3_column_type(handle_.get(), column) == SQLITE_NULL)
+    return std::numeric_limits<double>::quiet_NaN();
   return sqlite3_column_double(handle_.get(), column);
 }
 
 std::string_view Statement::bytes() {
   const int column = column_++;
   const void* data = sqlite3_column_blob(handle_.get(), column);
-  return {static_cast<const char*>(data), static_cast<std::size_t>(sqlite3_column_bytes(handle_.get(), column))};
+  return {static_cast<const char*>(data),
+          static_cast<std::size_t>(sqlite3_column_bytes(handle_.get(), column))};
 }
 
 }  // namespace majak::io

@@ -44,14 +44,20 @@ class Statement {
     handle_.reset(raw);
   }
 
-  Statement& bind(std::int64_t value) { return check(sqlite3_bind_int64(handle_.get(), ++column_, value)); }
-  Statement& bind(double value) { return check(sqlite3_bind_double(handle_.get(), ++column_, value + 0.0)); }
+  Statement& bind(std::int64_t value) {
+    return check(sqlite3_bind_int64(handle_.get(), ++column_, value));
+  }
+  Statement& bind(double value) {
+    return check(sqlite3_bind_double(handle_.get(), ++column_, value + 0.0));
+  }
   /// The text must live until run().
   Statement& bind_text(std::string_view text) {
-    return check(sqlite3_bind_text64(handle_.get(), ++column_, text.data(), text.size(), SQLITE_STATIC, SQLITE_UTF8));
+    return check(sqlite3_bind_text64(handle_.get(), ++column_, text.data(), text.size(),
+                                     SQLITE_STATIC, SQLITE_UTF8));
   }
   Statement& bind_blob(std::string_view bytes) {
-    return check(sqlite3_bind_blob64(handle_.get(), ++column_, bytes.data(), bytes.size(), SQLITE_STATIC));
+    return check(
+        sqlite3_bind_blob64(handle_.get(), ++column_, bytes.data(), bytes.size(), SQLITE_STATIC));
   }
   /// Executes and makes ready for the next row's values.
   void run() {

@@ -32,7 +32,8 @@ void add_scans(const Site& site, Figures& f) {
     f.lost += posed.estimate.health == Health::lost;
     score += static_cast<double>(posed.match_score);
     const double shift =
-        (posed.estimate.T_map_robot.translation() - posed.T_map_robot_front_end.translation()).norm();
+        (posed.estimate.T_map_robot.translation() - posed.T_map_robot_front_end.translation())
+            .norm();
     f.front_end_shift_max_m = std::max(f.front_end_shift_max_m, shift);
   }
   f.duration_s = to_seconds(latest - earliest);
@@ -154,7 +155,8 @@ Figures figures_of(const Site& site, const map::OccupancyGrid& grid) {
   return f;
 }
 
-std::string summary_json(const Site& site, const map::OccupancyGrid& grid, const std::vector<NamedFigure>& extras,
+std::string summary_json(const Site& site, const map::OccupancyGrid& grid,
+                         const std::vector<NamedFigure>& extras,
                          const std::vector<NamedFigure>& timing) {
   Json summary = {{"log", site.source_name}};
   summary.update(figures_json(figures_of(site, grid)));

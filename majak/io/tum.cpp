@@ -15,7 +15,8 @@ constexpr std::uint64_t kMicrosecondsPerSecond = 1'000'000;
 
 void append_stamp(std::string& text, Time time) {
   const auto bits = static_cast<std::uint64_t>(time);
-  const std::uint64_t magnitude = time < 0 ? std::uint64_t{0} - bits : bits;  // also of the least int64
+  const std::uint64_t magnitude =
+      time < 0 ? std::uint64_t{0} - bits : bits;  // also of the least int64
   const std::uint64_t us = (magnitude + kMicrosecond / 2) / kMicrosecond;
   const char* sign = time < 0 && us != 0 ? "-" : "";
   fmt::format_to(std::back_inserter(text), "{}{}.{:06}", sign, us / kMicrosecondsPerSecond,

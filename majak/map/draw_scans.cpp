@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // build_occupancy_grid: a scan is first drawn into a window of bytes around it (free, then hit, so
-// that a cell changes once a scan and a hit wins), then the window is added to the tiles, row by row.
+// that a cell changes once a scan and a hit wins), then the window is added to the tiles, row by
+// row.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -56,7 +57,8 @@ void add_row(std::int16_t* cells, const std::uint8_t* marks, const Steps& steps)
 class BeamTable {
  public:
   const std::vector<Vec2>& of(const Scan& scan) {
-    if (directions_.size() != scan.ranges.size() || start_ != scan.start_angle || step_ != scan.angle_step) {
+    if (directions_.size() != scan.ranges.size() || start_ != scan.start_angle ||
+        step_ != scan.angle_step) {
       start_ = scan.start_angle;
       step_ = scan.angle_step;
       directions_.resize(scan.ranges.size());
@@ -81,7 +83,8 @@ class ScanWindow {
     const auto pitch = static_cast<std::ptrdiff_t>(box_.width);
     std::uint8_t* marks = marks_.data();
     for (const End& end : ends_) {
-      for_each_cell(local(origin_), local(end.point), pitch, [marks](std::ptrdiff_t i) { marks[i] = kFree; });
+      for_each_cell(local(origin_), local(end.point), pitch,
+                    [marks](std::ptrdiff_t i) { marks[i] = kFree; });
     }
     for (const End& end : ends_) {
       if (!end.hit) continue;
@@ -110,7 +113,8 @@ class ScanWindow {
     const Scan& scan = posed.scan;
     const Pose2 T_map_laser = posed.estimate.T_map_robot * scan.T_robot_laser;
     const double per_cell = 1.0 / options.resolution;
-    const double c = std::cos(T_map_laser.theta) * per_cell, s = std::sin(T_map_laser.theta) * per_cell;
+    const double c = std::cos(T_map_laser.theta) * per_cell,
+                 s = std::sin(T_map_laser.theta) * per_cell;
     const double x = T_map_laser.x * per_cell, y = T_map_laser.y * per_cell;
     const std::vector<Vec2>& directions = table_.of(scan);
     const double no_return = std::min(options.no_return_range, options.max_range);
@@ -149,11 +153,13 @@ class ScanWindow {
   }
 
   SubCellPoint local(SubCellPoint p) const {
-    return {p.x - (std::int64_t{box_.x0} << kSubCellBits), p.y - (std::int64_t{box_.y0} << kSubCellBits)};
+    return {p.x - (std::int64_t{box_.x0} << kSubCellBits),
+            p.y - (std::int64_t{box_.y0} << kSubCellBits)};
   }
 
   void add_tile(OccupancyGrid& grid, int tx, int ty, const Steps& steps) {
-    std::uint8_t* marks = marks_.data() + static_cast<std::ptrdiff_t>(ty) * kTileSize * box_.width + tx * kTileSize;
+    std::uint8_t* marks =
+        marks_.data() + static_cast<std::ptrdiff_t>(ty) * kTileSize * box_.width + tx * kTileSize;
     std::int16_t* cells = nullptr;
     for (int y = 0; y < kTileSize; ++y, marks += box_.width) {
       if (blank(marks)) continue;
@@ -173,8 +179,9 @@ class ScanWindow {
 bool drawable(const PosedScan& posed, const OccupancyGridOptions& options) {
   const Pose2& pose = posed.estimate.T_map_robot;
   const double reach = (kFarthestCell - 1) * options.resolution - options.max_range;
-  return posed.estimate.health != Health::lost && pose.finite() && posed.scan.T_robot_laser.finite() &&
-         std::isfinite(posed.scan.start_angle) && std::isfinite(posed.scan.angle_step) &&
+  return posed.estimate.health != Health::lost && pose.finite() &&
+         posed.scan.T_robot_laser.finite() && std::isfinite(posed.scan.start_angle) &&
+         std::isfinite(posed.scan.angle_step) &&
          (pose * posed.scan.T_robot_laser).translation().cwiseAbs().maxCoeff() < reach;
 }
 
@@ -186,7 +193,8 @@ std::vector<std::size_t> choose_scans(const Site& site, const OccupancyGridOptio
     const PosedScan& posed = site.scans[i];
     if (!drawable(posed, options)) continue;
     const Pose2& pose = posed.estimate.T_map_robot;
-    const auto same = std::find_if(last.begin(), last.end(), [&](const auto& l) { return l.first == posed.scan.laser; });
+    const auto same = std::find_if(last.begin(), last.end(),
+                                   [&](const auto& l) { return l.first == posed.scan.laser; });
     if (same != last.end()) {
       const double moved = (pose.translation() - same->second.translation()).norm();
       const double turned = std::abs(angle_diff(pose.theta, same->second.theta));
@@ -217,7 +225,8 @@ std::int16_t to_units(double log_odds) {
 
 }  // namespace
 
-OccupancyGrid build_occupancy_grid(const Site& site, const OccupancyGridOptions& options, Threads threads) {
+OccupancyGrid build_occupancy_grid(const Site& site, const OccupancyGridOptions& options,
+                                   Threads threads) {
   check(options);
   const Steps steps{to_units(options.log_odds_hit), to_units(-options.log_odds_miss),
                     to_units(options.log_odds_limit)};
@@ -227,7 +236,8 @@ OccupancyGrid build_occupancy_grid(const Site& site, const OccupancyGridOptions&
   std::vector<ScanWindow> windows(static_cast<std::size_t>(std::max(1, threads.count)));
   for (std::size_t first = 0; first < chosen.size(); first += windows.size()) {
     const std::size_t count = std::min(windows.size(), chosen.size() - first);
-    parallel_for(threads, count, [&](std::size_t i) { windows[i].draw(site.scans[chosen[first + i]], options); });
+    parallel_for(threads, count,
+                 [&](std::size_t i) { windows[i].draw(site.scans[chosen[first + i]], options); });
     for (std::size_t i = 0; i < count; ++i) windows[i].add_to(grid, steps);
   }
   grid.scans_drawn_ = chosen.size();

@@ -91,7 +91,8 @@ CellBox OccupancyGrid::bounds() const {
 double OccupancyGrid::known_area() const {
   std::ptrdiff_t cells = 0;
   for (const auto& tile : tiles_) {
-    cells += static_cast<std::ptrdiff_t>(tile.size()) - std::count(tile.begin(), tile.end(), kUnknown);
+    cells +=
+        static_cast<std::ptrdiff_t>(tile.size()) - std::count(tile.begin(), tile.end(), kUnknown);
   }
   return static_cast<double>(cells) * resolution_ * resolution_;
 }

@@ -15,14 +15,14 @@
 namespace majak::map {
 
 struct OccupancyGridOptions {
-  double resolution = 0.05;        ///< m, side of a cell
-  double max_range = 30.0;         ///< m, beams are drawn so far; a return beyond is no hit
-  double no_return_range = 0.0;    ///< m, a beam without return clears so far
-  double log_odds_hit = 1.1;       ///< added to the cell a beam ends in
-  double log_odds_miss = 0.4;      ///< taken from the cells a beam crosses
-  double log_odds_limit = 6.0;     ///< log-odds stay within +- this
-  double scan_spacing = 0.15;      ///< m, a scan nearer than this to the last drawn one and
-  double scan_turn = 0.15;         ///< rad, turned less than this against it is not drawn
+  double resolution = 0.05;      ///< m, side of a cell
+  double max_range = 30.0;       ///< m, beams are drawn so far; a return beyond is no hit
+  double no_return_range = 0.0;  ///< m, a beam without return clears so far
+  double log_odds_hit = 1.1;     ///< added to the cell a beam ends in
+  double log_odds_miss = 0.4;    ///< taken from the cells a beam crosses
+  double log_odds_limit = 6.0;   ///< log-odds stay within +- this
+  double scan_spacing = 0.15;    ///< m, a scan nearer than this to the last drawn one and
+  double scan_turn = 0.15;       ///< rad, turned less than this against it is not drawn
 };
 
 inline void describe(OptionFields& fields, OccupancyGridOptions& o) {
@@ -32,11 +32,13 @@ inline void describe(OptionFields& fields, OccupancyGridOptions& o) {
              {"m", "a beam without return clears so far; 0: nothing", 0, 1000});
   fields.add("grid.log_odds_hit", o.log_odds_hit, {"1", "added where a beam ends", 0.01, 10});
   fields.add("grid.log_odds_miss", o.log_odds_miss, {"1", "taken where a beam passes", 0.01, 10});
-  fields.add("grid.log_odds_limit", o.log_odds_limit, {"1", "log-odds stay within +- this", 0.1, 20});
+  fields.add("grid.log_odds_limit", o.log_odds_limit,
+             {"1", "log-odds stay within +- this", 0.1, 20});
   fields.add("grid.scan_spacing", o.scan_spacing,
              {"m", "a scan nearer to the last drawn one is left out unless it turned", 0, 100});
-  fields.add("grid.scan_turn", o.scan_turn,
-             {"rad", "a scan turned less against the last drawn one is left out unless it moved", 0, 4});
+  fields.add(
+      "grid.scan_turn", o.scan_turn,
+      {"rad", "a scan turned less against the last drawn one is left out unless it moved", 0, 4});
 }
 
 /// Cells [x0, x0 + width) x [y0, y0 + height).

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ray: the cells that a straight line crosses. Points are integers in sub-cells and never lie on the
-// border of a cell, because the coordinates are made odd. Where the line is flat, v is followed in
-// fixed point from border to border of u: one addition a column, no branch.
+// Ray: the cells that a straight line crosses. Points are integers in sub-cells and never lie on
+// the border of a cell, because the coordinates are made odd. Where the line is flat, v is followed
+// in fixed point from border to border of u: one addition a column, no branch.
 #pragma once
 
 #include <cmath>
@@ -27,9 +27,9 @@ struct SubCellPoint {
   std::int64_t x = 1, y = 1;
 };
 
-/// Calls visit(offset) for the cells from a's to b's, both included, offset = ix + iy * pitch. A cell
-/// may be visited twice in a row. Every cell in which the line is longer than a millionth of a cell
-/// is visited, and none that is farther from it than that. Lines shorter than 2^18 cells.
+/// Calls visit(offset) for the cells from a's to b's, both included, offset = ix + iy * pitch. A
+/// cell may be visited twice in a row. Every cell in which the line is longer than a millionth of a
+/// cell is visited, and none that is farther from it than that. Lines shorter than 2^18 cells.
 template <class Visit>
 void for_each_cell(SubCellPoint a, SubCellPoint b, std::ptrdiff_t pitch, Visit visit) {
   const bool x_is_long = std::abs(b.x - a.x) >= std::abs(b.y - a.y);
@@ -46,7 +46,8 @@ void for_each_cell(SubCellPoint a, SubCellPoint b, std::ptrdiff_t pitch, Visit v
     constexpr int kFraction = 32;  // bits of v behind the point, of which 2^18 steps spoil 18
     const double slope = static_cast<double>(v1 - v0) / static_cast<double>(u1 - u0);
     const auto to_border = static_cast<double>(kSubCells - (u0 & (kSubCells - 1)));
-    const double v_border = (static_cast<double>(v0) + slope * to_border) / static_cast<double>(kSubCells);
+    const double v_border =
+        (static_cast<double>(v0) + slope * to_border) / static_cast<double>(kSubCells);
     auto v = static_cast<std::int64_t>(std::floor(v_border * 0x1p32));
     const auto step = static_cast<std::int64_t>(std::llround(slope * 0x1p32));
     for (int i = 0; i < columns; ++i, v += step) {

@@ -26,7 +26,8 @@ TEST(Ticks, AreRoundAndReachTheMaximum) {
 }
 
 TEST(Ticks, OfNothingGoToOne) {
-  for (const double max : {0.0, -3.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+  for (const double max : {0.0, -3.0, std::numeric_limits<double>::quiet_NaN(),
+                           std::numeric_limits<double>::infinity()}) {
     EXPECT_EQ(ticks(max, 1).back(), 1.0);
   }
 }
@@ -48,7 +49,8 @@ TEST(Chart, HasItsTitleAndUnitEscaped) {
 
 TEST(Chart, StaysSmallForManyPoints) {
   Chart chart{"x", "", {}, {}, 0};
-  for (int i = 0; i < 100'000; ++i) chart.points.push_back({i * 1e-3, std::abs(std::sin(i * 0.01))});
+  for (int i = 0; i < 100'000; ++i)
+    chart.points.push_back({i * 1e-3, std::abs(std::sin(i * 0.01))});
   EXPECT_LT(chart_svg(chart).size(), 30'000U);
 }
 
@@ -67,8 +69,10 @@ TEST(Chart, BreaksTheLineAtAGap) {
 }
 
 TEST(Chart, ManagesWithNothingAndWithNumbersThatAreNone) {
-  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
-  for (const std::vector<Point>& points : {std::vector<Point>{}, {{nan, 1}, {1, nan}, {inf, inf}}, {{5, 0}}}) {
+  const double nan = std::numeric_limits<double>::quiet_NaN(),
+               inf = std::numeric_limits<double>::infinity();
+  for (const std::vector<Point>& points :
+       {std::vector<Point>{}, {{nan, 1}, {1, nan}, {inf, inf}}, {{5, 0}}}) {
     const std::string svg = chart_svg({"x", "", points, {{1, 2, "lost"}}, 0});
     EXPECT_THAT(svg, Not(HasSubstr("nan")));
     EXPECT_THAT(svg, Not(HasSubstr("inf")));
@@ -77,8 +81,10 @@ TEST(Chart, ManagesWithNothingAndWithNumbersThatAreNone) {
 }
 
 TEST(Chart, ShowsBands) {
-  const std::string svg = chart_svg({"x", "", {{0, 1}, {10, 1}}, {{2, 4, "weak"}, {7, 7, "lost"}}, 1});
-  EXPECT_THAT(svg, HasSubstr("<rect class=\"weak\" x=\"220.8\" y=\"24\" width=\"166.8\" height=\"102\"/>"));
+  const std::string svg =
+      chart_svg({"x", "", {{0, 1}, {10, 1}}, {{2, 4, "weak"}, {7, 7, "lost"}}, 1});
+  EXPECT_THAT(
+      svg, HasSubstr("<rect class=\"weak\" x=\"220.8\" y=\"24\" width=\"166.8\" height=\"102\"/>"));
   EXPECT_THAT(svg, HasSubstr("<rect class=\"lost\" x=\"637.8\" y=\"24\" width=\"1.5\""));
 }
 

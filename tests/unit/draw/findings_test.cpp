@@ -29,10 +29,23 @@ TEST(OdometryInWords, SaysThatNoneWasUsed) {
   EXPECT_THAT(odometry_in_words({}), testing::ElementsAre(HasSubstr("No odometry was used")));
 }
 
+TEST(OdometryInWords, SaysWhatIsWrongWithOdometryThatWasNotUsed) {
+  OdometryFindings o = told();
+  o.lag_s.value = 0.3;
+  o.reversed_records = 308;
+  Site site = with(o);
+  site.used_odometry = false;
+  const auto words = odometry_in_words(site);
+  EXPECT_THAT(words, Contains(HasSubstr("The odometry was not used")));
+  EXPECT_THAT(words, Contains("The odometry is 0.3 s (±0.001 s) late."));
+  EXPECT_THAT(words, Contains(HasSubstr("308 of its records")));
+}
+
 TEST(OdometryInWords, SaysLateAndEarly) {
   OdometryFindings o = told();
   o.lag_s = {0.104, 0.01, true};
-  EXPECT_THAT(odometry_in_words(with(o)), Contains("The odometry is 0.1 s (±0.01 s) late; this is corrected."));
+  EXPECT_THAT(odometry_in_words(with(o)),
+              Contains("The odometry is 0.1 s (±0.01 s) late; this is corrected."));
   o.lag_s.value = -0.25;
   EXPECT_THAT(odometry_in_words(with(o)), Contains(HasSubstr("0.25 s (±0.01 s) early")));
 }
@@ -49,15 +62,18 @@ TEST(OdometryInWords, SaysShortAndLong) {
   OdometryFindings o = told();
   o.translation_scale = {1.25, 0.01, true};  // true = 1.25 odometry: it counts 20 % too little
   o.rotation_scale = {0.8, 0.01, true};
-  EXPECT_THAT(odometry_in_words(with(o)), Contains(HasSubstr("Its distances come out 20 % (±1 %) too short")));
-  EXPECT_THAT(odometry_in_words(with(o)), Contains(HasSubstr("Its turns come out 25 % (±1 %) too large")));
+  EXPECT_THAT(odometry_in_words(with(o)),
+              Contains(HasSubstr("Its distances come out 20 % (±1 %) too short")));
+  EXPECT_THAT(odometry_in_words(with(o)),
+              Contains(HasSubstr("Its turns come out 25 % (±1 %) too large")));
 }
 
 TEST(OdometryInWords, CountsRecordsThatSayTheWrongDirection) {
   OdometryFindings o = told();
   EXPECT_THAT(odometry_in_words(with(o)), Not(Contains(HasSubstr("wrong direction"))));
   o.reversed_records = 320;
-  EXPECT_THAT(odometry_in_words(with(o)), Contains(HasSubstr("320 of its records state the wrong direction of travel")));
+  EXPECT_THAT(odometry_in_words(with(o)),
+              Contains(HasSubstr("320 of its records state the wrong direction of travel")));
 }
 
 TEST(OdometryInWords, SaysWhereTheLaserSits) {
@@ -84,7 +100,8 @@ TEST(VerdictInWords, FollowsTheHealth) {
   f.scans = f.ok = 1;
   EXPECT_THAT(verdict_in_words({}, f), HasSubstr("single scan"));
   f.scans = f.ok = 1000;
-  EXPECT_THAT(verdict_in_words({}, f), HasSubstr("Every scan fits the map. No place was recognised again"));
+  EXPECT_THAT(verdict_in_words({}, f),
+              HasSubstr("Every scan fits the map. No place was recognised again"));
   f.degraded = 125;
   f.lost = 10;
   f.closures = 1;

@@ -119,8 +119,9 @@ TEST(MapFigure, NamesTheLayersThatAreThere) {
   const MapFigure figure = map_figure(site, map::build_occupancy_grid(site), paths_of(site));
   std::vector<std::string> styles;
   for (const Layer& layer : figure.layers) styles.push_back(layer.style);
-  EXPECT_THAT(styles, testing::ElementsAre("picture", "odometry", "before", "after", "weak", "lost", "closure.rejected",
-                                           "closure.good", "closure.poor", "ellipses"));
+  EXPECT_THAT(styles,
+              testing::ElementsAre("picture", "odometry", "before", "after", "weak", "lost",
+                                   "closure.rejected", "closure.good", "closure.poor", "ellipses"));
   EXPECT_EQ(figure.closures_drawn, 3U);
   EXPECT_GT(figure.ellipse_scale, 1);
 }
@@ -128,15 +129,20 @@ TEST(MapFigure, NamesTheLayersThatAreThere) {
 TEST(Report, IsOneWellFormedPageThatNeedsNothingElse) {
   Site site = corridor(20);
   site.used_odometry = true;
-  site.constraints = {closure(0, 4, 1), closure(0, 9, 12), closure(2, 19, 100), closure(3, 8, 0, false)};
+  site.constraints = {closure(0, 4, 1), closure(0, 9, 12), closure(2, 19, 100),
+                      closure(3, 8, 0, false)};
   site.report.count("carmen: <truncated> FLASER", 4711);
   site.options_toml = "[match]\nname = \"<&>\"\n";
-  const std::string html = report_of(site, {{{"matching_cpu_s", 1.25}}, {{"ate_m", 0.033}}, "0.1.0"});
+  const std::string html =
+      report_of(site, {{{"matching_cpu_s", 1.25}}, {{"ate_m", 0.033}}, "0.1.0"});
   expect_well_formed(html);
-  for (const char* outside : {"http:", "https:", "src=", "@import", "url("}) EXPECT_THAT(html, Not(HasSubstr(outside)));
-  EXPECT_THAT(html, AllOf(HasSubstr("corridor &lt;1&gt;.clf"), HasSubstr("carmen: &lt;truncated&gt; FLASER"), HasSubstr("4711"),
-                          HasSubstr("matching_cpu_s"), HasSubstr("1.25"), HasSubstr("ate_m"), HasSubstr("&lt;&amp;&gt;"),
-                          HasSubstr("3 accepted, 1 rejected"), HasSubstr("fits badly"), HasSubstr("under strain")));
+  for (const char* outside : {"http:", "https:", "src=", "@import", "url("})
+    EXPECT_THAT(html, Not(HasSubstr(outside)));
+  EXPECT_THAT(html, AllOf(HasSubstr("corridor &lt;1&gt;.clf"),
+                          HasSubstr("carmen: &lt;truncated&gt; FLASER"), HasSubstr("4711"),
+                          HasSubstr("matching_cpu_s"), HasSubstr("1.25"), HasSubstr("ate_m"),
+                          HasSubstr("&lt;&amp;&gt;"), HasSubstr("3 accepted, 1 rejected"),
+                          HasSubstr("fits badly"), HasSubstr("under strain")));
 }
 
 TEST(Report, HidesTheLayersThatAreSwitchedOff) {

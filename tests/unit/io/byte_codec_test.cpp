@@ -16,7 +16,8 @@ namespace {
 TEST(ByteCodec, ReadsBackNumbersBitByBit) {
   std::string bytes;
   ByteWriter writer(bytes);
-  const std::vector<std::uint64_t> words = {0, 1, 127, 128, 0xffffffff, std::numeric_limits<std::uint64_t>::max()};
+  const std::vector<std::uint64_t> words = {
+      0, 1, 127, 128, 0xffffffff, std::numeric_limits<std::uint64_t>::max()};
   for (const std::uint64_t word : words) writer.varint(word), writer.u64(word);
   writer.f64(-0.0), writer.f32(1.5F), writer.u8(200), writer.u32(0x80000001U);
   ByteReader reader(bytes);
@@ -53,7 +54,8 @@ TEST(ByteCodec, KeepsMatricesSymmetricOrNot) {
 TEST(ByteCodec, RefusesBytesThatEndEarlyOrGoOn) {
   std::string bytes;
   ByteWriter(bytes).u64(1);
-  for (std::size_t n = 0; n < 8; ++n) EXPECT_THROW(ByteReader(std::string_view(bytes).substr(0, n)).u64(), Error);
+  for (std::size_t n = 0; n < 8; ++n)
+    EXPECT_THROW(ByteReader(std::string_view(bytes).substr(0, n)).u64(), Error);
   EXPECT_THROW(ByteReader(std::string(11, '\xff')).varint(), Error);
   EXPECT_THROW(ByteReader("x").expect_end(), Error);
 }
@@ -71,7 +73,8 @@ void expect_round_trip(const std::vector<float>& ranges) {
   const std::vector<float> back = read_ranges(reader);
   ASSERT_EQ(back.size(), ranges.size());
   for (std::size_t i = 0; i < ranges.size(); ++i) {
-    EXPECT_EQ(std::bit_cast<std::uint32_t>(back[i]), std::bit_cast<std::uint32_t>(ranges[i])) << i << ' ' << ranges[i];
+    EXPECT_EQ(std::bit_cast<std::uint32_t>(back[i]), std::bit_cast<std::uint32_t>(ranges[i]))
+        << i << ' ' << ranges[i];
   }
   EXPECT_EQ(reader.left(), 0U);
 }
@@ -82,13 +85,15 @@ TEST(Ranges, AreKeptBitByBit) {
   expect_round_trip({1.23F, 4.56F, 81.83F, 0.0F, kNoReturn, kInvalidRange});
   expect_round_trip({1.234F, 8.191F, kNoReturn});
   expect_round_trip({1.23456789F, 3e-39F, std::numeric_limits<float>::max(), -inf, -0.0F, -1.5F});
-  expect_round_trip({std::bit_cast<float>(0x7fc12345U), std::bit_cast<float>(0xffc00000U)});  // other not-a-numbers
+  expect_round_trip({std::bit_cast<float>(0x7fc12345U),
+                     std::bit_cast<float>(0xffc00000U)});  // other not-a-numbers
   RandomStream random(11);
   for (int i = 0; i < 500; ++i) {
     std::vector<float> ranges(random.below(40));
     const double scale = i % 3 == 0 ? 100 : i % 3 == 1 ? 1000 : 12345.6;
     for (float& r : ranges) r = static_cast<float>(std::floor(random.uniform(-2e4, 2e5)) / scale);
-    for (std::size_t k = 0; k < ranges.size(); k += 5) ranges[k] = k % 2 ? kInvalidRange : kNoReturn;
+    for (std::size_t k = 0; k < ranges.size(); k += 5)
+      ranges[k] = k % 2 ? kInvalidRange : kNoReturn;
     expect_round_trip(ranges);
   }
 }

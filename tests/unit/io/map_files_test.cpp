@@ -14,7 +14,8 @@ namespace {
 
 using map::OccupancyGrid;
 
-/// '#' occupied, '.' free, '?' seen but undecided, ' ' unknown; the first line is the highest row, the last one row y0.
+/// '#' occupied, '.' free, '?' seen but undecided, ' ' unknown; the first line is the highest row,
+/// the last one row y0.
 OccupancyGrid grid_from(const std::vector<std::string>& lines, int x0, int y0, double resolution) {
   OccupancyGrid grid(resolution);
   for (std::size_t row = 0; row < lines.size(); ++row) {
@@ -22,7 +23,9 @@ OccupancyGrid grid_from(const std::vector<std::string>& lines, int x0, int y0, d
       const char c = lines[row][x];
       if (c == ' ') continue;
       grid.set_log_odds(x0 + static_cast<int>(x), y0 + static_cast<int>(lines.size() - 1 - row),
-                        c == '#' ? 3.0F : c == '.' ? -3.0F : 0.1F);
+                        c == '#'   ? 3.0F
+                        : c == '.' ? -3.0F
+                                   : 0.1F);
     }
   }
   return grid;
@@ -43,26 +46,27 @@ std::string text_of(const Image& image) {
 /// Without the margin of unknown cells.
 std::string inner(const Image& image, const MapFrame& frame, const map::CellBox& box) {
   std::string text, whole = text_of(image);
-  const int left = box.x0 - frame.box.x0, top = frame.box.y0 + frame.box.height - box.y0 - box.height;
+  const int left = box.x0 - frame.box.x0,
+            top = frame.box.y0 + frame.box.height - box.y0 - box.height;
   for (int y = 0; y < box.height; ++y) {
-    text += whole.substr(static_cast<std::size_t>((top + y) * (image.width + 1) + left), static_cast<std::size_t>(box.width)) + '\n';
+    text += whole.substr(static_cast<std::size_t>((top + y) * (image.width + 1) + left),
+                         static_cast<std::size_t>(box.width)) +
+            '\n';
   }
   return text;
 }
 
-const std::vector<std::string> kRoom = {"#####",
-                                        "#..?#",
-                                        "#.  #",
-                                        "## ##"};
+const std::vector<std::string> kRoom = {"#####", "#..?#", "#.  #", "## ##"};
 
 TEST(MapFiles, ShowHighRowsAtTheTop) {
   const OccupancyGrid grid = grid_from(kRoom, -3, 70, 0.05);
   const MapFrame frame = frame_of(grid);
   for (const Image& image : {shaded_map(grid, frame), trinary_map(grid, frame)}) {
-    EXPECT_EQ(inner(image, frame, grid.bounds()), "#####\n"
-                                                  "#.. #\n"
-                                                  "#.  #\n"
-                                                  "## ##\n");
+    EXPECT_EQ(inner(image, frame, grid.bounds()),
+              "#####\n"
+              "#.. #\n"
+              "#.  #\n"
+              "## ##\n");
   }
 }
 
@@ -93,12 +97,13 @@ TEST(MapFiles, YamlNamesTheLowerLeftCorner) {
   const OccupancyGrid grid = grid_from(kRoom, -3, 70, 0.05);
   const MapFrame frame = frame_of(grid);
   EXPECT_EQ(frame.box, (map::CellBox{-11, 62, 21, 20}));
-  EXPECT_EQ(map_yaml(frame, "map.pgm"), "image: map.pgm\n"
-                                        "resolution: 0.05\n"
-                                        "origin: [-0.55, 3.1, 0]\n"
-                                        "negate: 0\n"
-                                        "occupied_thresh: 0.65\n"
-                                        "free_thresh: 0.196\n");
+  EXPECT_EQ(map_yaml(frame, "map.pgm"),
+            "image: map.pgm\n"
+            "resolution: 0.05\n"
+            "origin: [-0.55, 3.1, 0]\n"
+            "negate: 0\n"
+            "occupied_thresh: 0.65\n"
+            "free_thresh: 0.196\n");
 }
 
 TEST(MapFiles, PgmIsBinaryAndWhole) {
@@ -137,7 +142,8 @@ TEST(MapFiles, AreWrittenIntoTheFolder) {
   const auto folder = std::filesystem::path(testing::TempDir()) / "majak_map_files";
   std::filesystem::create_directories(folder);
   write_map_files(folder, grid_from(kRoom, 0, 0, 0.05));
-  for (const auto& [name, magic] : {std::pair("map.png", "\x89PNG"), std::pair("map.pgm", "P5\n"), std::pair("map.yaml", "image: map.pgm\n")}) {
+  for (const auto& [name, magic] : {std::pair("map.png", "\x89PNG"), std::pair("map.pgm", "P5\n"),
+                                    std::pair("map.yaml", "image: map.pgm\n")}) {
     std::ifstream in(folder / name, std::ios::binary);
     const std::string text{std::istreambuf_iterator<char>(in), {}};
     EXPECT_EQ(text.substr(0, std::string(magic).size()), magic);

@@ -73,9 +73,20 @@ TEST(OptionsToml, OfNothingIsEmpty) { EXPECT_EQ(options_toml({}), ""); }
 
 TEST(OptionsToml, ReadsBackEveryDoubleExactly) {
   RandomStream random(5);
-  std::vector<double> values = {0.1, -0.1, 1e-300, 1e300, 1.0 / 3, 5e-324, std::numeric_limits<double>::max(),
-                                std::numeric_limits<double>::infinity(), -0.0, 123456789.0, 1e22, -1e-7};
-  for (int i = 0; i < 300; ++i) values.push_back(random.normal() * std::exp(random.uniform(-200, 200)));
+  std::vector<double> values = {0.1,
+                                -0.1,
+                                1e-300,
+                                1e300,
+                                1.0 / 3,
+                                5e-324,
+                                std::numeric_limits<double>::max(),
+                                std::numeric_limits<double>::infinity(),
+                                -0.0,
+                                123456789.0,
+                                1e22,
+                                -1e-7};
+  for (int i = 0; i < 300; ++i)
+    values.push_back(random.normal() * std::exp(random.uniform(-200, 200)));
   for (const double value : values) {
     Options written, read;
     written.lag = value;
@@ -109,15 +120,18 @@ TEST(ApplyOptions, TakesWhatIsNamedAndLeavesTheRest) {
 }
 
 TEST(ApplyOptions, SaysWhereAnUnknownOptionIs) {
-  EXPECT_THAT(error_of("[match]\n\nmax_rnge = 3"), AllOf(HasSubstr("my.toml:3: option match.max_rnge is unknown")));
+  EXPECT_THAT(error_of("[match]\n\nmax_rnge = 3"),
+              AllOf(HasSubstr("my.toml:3: option match.max_rnge is unknown")));
   EXPECT_THAT(error_of("max_range = 3"), HasSubstr("there is match.max_range"));
   EXPECT_THAT(error_of("[nonsense]\nx = 1"), HasSubstr("my.toml:2"));
 }
 
 TEST(ApplyOptions, SaysWhichTypeIsWanted) {
   EXPECT_THAT(error_of("deskew = 1"), HasSubstr("my.toml:1: option deskew must be true or false"));
-  EXPECT_THAT(error_of("[match]\niterations = 1.5"), HasSubstr("my.toml:2: option match.iterations must be a whole number"));
-  EXPECT_THAT(error_of("[motion]\nlag = \"late\""), HasSubstr("option motion.lag must be a number"));
+  EXPECT_THAT(error_of("[match]\niterations = 1.5"),
+              HasSubstr("my.toml:2: option match.iterations must be a whole number"));
+  EXPECT_THAT(error_of("[motion]\nlag = \"late\""),
+              HasSubstr("option motion.lag must be a number"));
   EXPECT_THAT(error_of("[motion]\nlag = [1]"), HasSubstr("option motion.lag must be a number"));
   EXPECT_THAT(error_of("deskew = \"true\""), HasSubstr("must be true or false"));
   EXPECT_THAT(error_of("match = 3"), HasSubstr("option match is unknown"));
@@ -156,7 +170,8 @@ TEST(ApplyOption, ReadsOneAssignment) {
 TEST(ApplyOptionsFile, SaysThatAFileCannotBeRead) {
   Options options;
   OptionFields fields = fields_of(options);
-  for (const std::string& path : {std::string("/nonexistent/options.toml"), std::string(testing::TempDir())}) {
+  for (const std::string& path :
+       {std::string("/nonexistent/options.toml"), std::string(testing::TempDir())}) {
     EXPECT_THROW(apply_options_file(fields, path), Error) << path;
   }
   const std::string path = testing::TempDir() + "/majak_options_test.toml";

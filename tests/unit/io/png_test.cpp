@@ -19,7 +19,8 @@ Image decode(const std::string& bytes, int channels) {
   png.format = channels == 1 ? PNG_FORMAT_GRAY : channels == 3 ? PNG_FORMAT_RGB : PNG_FORMAT_RGBA;
   EXPECT_EQ(stored & ~PNG_FORMAT_FLAG_COLORMAP, png.format);
   Image image(static_cast<int>(png.width), static_cast<int>(png.height), channels);
-  if (!png_image_finish_read(&png, nullptr, image.pixels.data(), 0, nullptr)) throw Error(png.message);
+  if (!png_image_finish_read(&png, nullptr, image.pixels.data(), 0, nullptr))
+    throw Error(png.message);
   return image;
 }
 
@@ -29,7 +30,8 @@ TEST(Png, ReadsBackInLibpng) {
     for (const int channels : {1, 3, 4}) {
       Image image(width, height, channels);
       for (auto& pixel : image.pixels) pixel = static_cast<std::uint8_t>(random.below(256));
-      for (std::size_t i = 3; channels == 4 && i < image.pixels.size(); i += 4) image.pixels[i] = 255;
+      for (std::size_t i = 3; channels == 4 && i < image.pixels.size(); i += 4)
+        image.pixels[i] = 255;
       const Image back = decode(encode_png(image), channels);
       EXPECT_EQ(back.width, width);
       EXPECT_EQ(back.height, height);

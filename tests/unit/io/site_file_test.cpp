@@ -38,9 +38,10 @@ Site rich_site() {
     p.scan.T_robot_laser = {0.1, 0.02, 0.003};
     p.scan.laser = i % 2;
     for (int k = 0; k < 50; ++k) {
-      p.scan.ranges.push_back(k % 9 == 4   ? kNoReturn
-                              : i % 4 == 0 ? static_cast<float>(random.uniform(0, 80))
-                                           : static_cast<float>(std::floor(random.uniform(0, 8000)) / 100.0));
+      p.scan.ranges.push_back(
+          k % 9 == 4   ? kNoReturn
+          : i % 4 == 0 ? static_cast<float>(random.uniform(0, 80))
+                       : static_cast<float>(std::floor(random.uniform(0, 8000)) / 100.0));
     }
     if (i % 5 == 0) p.scan.intensities.assign(50, 3.0F);
     if (i % 3 == 0) p.scan.T_odom_robot = pose();
@@ -131,7 +132,8 @@ void expect_equal(const Site& a, const Site& b) {
   ASSERT_EQ(a.scans.size(), b.scans.size());
   for (std::size_t i = 0; i < a.scans.size(); ++i) expect_equal(a.scans[i], b.scans[i]);
   ASSERT_EQ(a.constraints.size(), b.constraints.size());
-  for (std::size_t i = 0; i < a.constraints.size(); ++i) expect_equal(a.constraints[i], b.constraints[i]);
+  for (std::size_t i = 0; i < a.constraints.size(); ++i)
+    expect_equal(a.constraints[i], b.constraints[i]);
   ASSERT_EQ(a.truth.size(), b.truth.size());
   for (std::size_t i = 0; i < a.truth.size(); ++i) {
     EXPECT_EQ(a.truth[i].time, b.truth[i].time);
@@ -161,7 +163,8 @@ class SiteFile : public testing::Test {
     return {std::istreambuf_iterator<char>(in), {}};
   }
   void put(std::string_view bytes) const {
-    std::ofstream(path_, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    std::ofstream(path_, std::ios::binary)
+        .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   }
   std::string error() const {
     try {
@@ -175,12 +178,15 @@ class SiteFile : public testing::Test {
   void sql(const char* statement) const {
     sqlite3* db = nullptr;
     ASSERT_EQ(sqlite3_open(path_.c_str(), &db), SQLITE_OK);
-    EXPECT_EQ(sqlite3_exec(db, statement, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
+    EXPECT_EQ(sqlite3_exec(db, statement, nullptr, nullptr, nullptr), SQLITE_OK)
+        << sqlite3_errmsg(db);
     sqlite3_close(db);
   }
 
-  fs::path folder_ = fs::path(testing::TempDir()) / ("majak_site_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) +
-                                                     testing::UnitTest::GetInstance()->current_test_info()->name());
+  fs::path folder_ =
+      fs::path(testing::TempDir()) /
+      ("majak_site_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) +
+       testing::UnitTest::GetInstance()->current_test_info()->name());
   fs::path path_ = folder_ / "a?strange#name%20 site.majak";
 };
 
@@ -229,8 +235,12 @@ TEST_F(SiteFile, IsOpenToSql) {
   sqlite3* db = nullptr;
   ASSERT_EQ(sqlite3_open(path_.c_str(), &db), SQLITE_OK);
   sqlite3_stmt* row = nullptr;
-  ASSERT_EQ(sqlite3_prepare_v2(db, "SELECT count(*), min(time_ns), (SELECT count(*) FROM relation WHERE enabled) FROM scan", -1, &row,
-                               nullptr), SQLITE_OK);
+  ASSERT_EQ(
+      sqlite3_prepare_v2(
+          db,
+          "SELECT count(*), min(time_ns), (SELECT count(*) FROM relation WHERE enabled) FROM scan",
+          -1, &row, nullptr),
+      SQLITE_OK);
   ASSERT_EQ(sqlite3_step(row), SQLITE_ROW);
   EXPECT_EQ(sqlite3_column_int(row, 0), 40);
   EXPECT_EQ(sqlite3_column_int64(row, 1), 976052857337530000);
@@ -272,12 +282,16 @@ TEST_F(SiteFile, RefusesWhatIsCutShort) {
 }
 
 TEST_F(SiteFile, NoticesWhatAnotherProgramChanged) {
-  for (const char* change : {"UPDATE scan SET x = x + 1e-9 WHERE id = 7", "UPDATE relation SET enabled = 1 - enabled WHERE id = 3",
-                             "DELETE FROM scan WHERE id = 39", "DELETE FROM truth", "UPDATE meta SET value = 'x' WHERE key = 'options_toml'",
-                             "UPDATE skipped SET count = 5", "UPDATE laser SET max_range = 1", "UPDATE scan SET data = x'00' WHERE id = 1",
-                             "UPDATE scan SET laser = 99", "UPDATE scan SET id = id + 1000", "UPDATE relation SET from_scan = -1",
-                             "UPDATE scan SET health = 77", "DELETE FROM meta WHERE key = 'checksum'", "DROP TABLE learnt",
-                             "UPDATE learnt SET name = 'x' WHERE name = 'lag_s'", "UPDATE scan SET data = NULL"}) {
+  for (const char* change :
+       {"UPDATE scan SET x = x + 1e-9 WHERE id = 7",
+        "UPDATE relation SET enabled = 1 - enabled WHERE id = 3", "DELETE FROM scan WHERE id = 39",
+        "DELETE FROM truth", "UPDATE meta SET value = 'x' WHERE key = 'options_toml'",
+        "UPDATE skipped SET count = 5", "UPDATE laser SET max_range = 1",
+        "UPDATE scan SET data = x'00' WHERE id = 1", "UPDATE scan SET laser = 99",
+        "UPDATE scan SET id = id + 1000", "UPDATE relation SET from_scan = -1",
+        "UPDATE scan SET health = 77", "DELETE FROM meta WHERE key = 'checksum'",
+        "DROP TABLE learnt", "UPDATE learnt SET name = 'x' WHERE name = 'lag_s'",
+        "UPDATE scan SET data = NULL"}) {
     write_site(path_, rich_site());
     sql(change);
     EXPECT_THAT(error(), HasSubstr("damaged")) << change;
@@ -294,7 +308,8 @@ TEST_F(SiteFile, NeverReadsWrongDataFromDamagedBytes) {
   constexpr int kTries = 600;
   for (int i = 0; i < kTries; ++i) {
     std::string damaged = whole;
-    // A third in the header and the schema, where SQLite itself is most easily misled; pages end in free space.
+    // A third in the header and the schema, where SQLite itself is most easily misled; pages end in
+    // free space.
     const std::size_t end = i % 3 ? whole.size() : 8192;
     std::size_t place = random.below(end);
     while (i % 10 && whole[place] == '\0') place = random.below(end);

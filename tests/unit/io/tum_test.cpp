@@ -39,8 +39,8 @@ PosedScan posed(Time time, const Pose2& pose) {
 
 TEST(TumText, WritesALineForEveryScanInTheirOrder) {
   Site site;
-  site.scans = {posed(2'000'000'000, {1.5, -2.25, 0}), posed(1'000'000'000, {0, -1e-9, kPi / 2}), posed(3, {0, 0, -kPi / 3}),
-                posed(4'000, {1e6, 0, kPi})};
+  site.scans = {posed(2'000'000'000, {1.5, -2.25, 0}), posed(1'000'000'000, {0, -1e-9, kPi / 2}),
+                posed(3, {0, 0, -kPi / 3}), posed(4'000, {1e6, 0, kPi})};
   EXPECT_EQ(tum_text(site),
             "2.000000 1.500000 -2.250000 0 0 0 0.000000000 1.000000000\n"
             "1.000000 0.000000 0.000000 0 0 0 0.707106781 0.707106781\n"

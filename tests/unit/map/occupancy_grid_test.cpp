@@ -13,7 +13,8 @@
 namespace majak::map {
 namespace {
 
-PosedScan scan_at(const Pose2& pose, std::vector<float> ranges, double start = 0, double step = radians(1)) {
+PosedScan scan_at(const Pose2& pose, std::vector<float> ranges, double start = 0,
+                  double step = radians(1)) {
   PosedScan posed;
   posed.estimate.T_map_robot = pose;
   posed.scan.start_angle = start;
@@ -53,7 +54,8 @@ TEST(OccupancyGrid, IsUnknownEverywhereAtFirst) {
 
 TEST(OccupancyGrid, KeepsWhatIsSetAcrossTilesAndSigns) {
   OccupancyGrid grid(0.1);
-  for (const auto& [x, y] : {std::pair(0, 0), std::pair(-1, -1), std::pair(63, 64), std::pair(-64, -65), std::pair(1000, -3)}) {
+  for (const auto& [x, y] : {std::pair(0, 0), std::pair(-1, -1), std::pair(63, 64),
+                             std::pair(-64, -65), std::pair(1000, -3)}) {
     grid.set_log_odds(x, y, static_cast<float>(x + y) / 1000);
     EXPECT_TRUE(grid.known(x, y));
     EXPECT_NEAR(grid.log_odds(x, y), static_cast<float>(x + y) / 1000, 1e-6);
@@ -69,7 +71,8 @@ TEST(OccupancyGrid, CopiesRowsAsCellsTell) {
   std::vector<std::int16_t> row(300);
   grid.copy_row(-100, 5, 300, row.data());
   for (int x = -100; x < 200; ++x) {
-    EXPECT_EQ(row[static_cast<std::size_t>(x + 100)] != OccupancyGrid::kUnknown, grid.known(x, 5)) << x;
+    EXPECT_EQ(row[static_cast<std::size_t>(x + 100)] != OccupancyGrid::kUnknown, grid.known(x, 5))
+        << x;
   }
 }
 
@@ -89,9 +92,10 @@ TEST(BuildOccupancyGrid, StandsWhereTheLaserIsAndLooksWhereItLooks) {
   site.scans = {scan_at({0.5, 0.5, kPi / 2}, {2.0F})};
   site.scans[0].scan.T_robot_laser = {1, 0, kPi / 2};  // one metre up the page, looking left
   const OccupancyGrid grid = build_occupancy_grid(site, metre_cells());
-  EXPECT_EQ(picture(grid, {-2, 0, 3, 3}), "   \n"
-                                          "#..\n"
-                                          "   \n");
+  EXPECT_EQ(picture(grid, {-2, 0, 3, 3}),
+            "   \n"
+            "#..\n"
+            "   \n");
 }
 
 TEST(BuildOccupancyGrid, LetsAHitWinOverItsNeighboursInOneScan) {
@@ -105,7 +109,8 @@ TEST(BuildOccupancyGrid, LetsAHitWinOverItsNeighboursInOneScan) {
 
 TEST(BuildOccupancyGrid, DrawsNothingForBeamsWithoutReturn) {
   Site site;
-  site.scans = {scan_at({0.5, 0.5, 0}, {kNoReturn, kInvalidRange, 0.0F, -1.0F, -std::numeric_limits<float>::infinity()})};
+  site.scans = {scan_at({0.5, 0.5, 0}, {kNoReturn, kInvalidRange, 0.0F, -1.0F,
+                                        -std::numeric_limits<float>::infinity()})};
   EXPECT_EQ(build_occupancy_grid(site, metre_cells()).bounds(), CellBox{});
 }
 
@@ -142,7 +147,8 @@ TEST(BuildOccupancyGrid, LeavesOutScansThatHardlyMoved) {
   options.scan_spacing = 0.25;
   options.scan_turn = 0.25;
   EXPECT_EQ(build_occupancy_grid(site, options).scans_drawn(), 4U);  // 0, 0.3, 0.6, 0.9
-  for (int i = 0; i < 10; ++i) site.scans[static_cast<std::size_t>(i)].estimate.T_map_robot = {0, 0, 3.1 + 0.1 * i};
+  for (int i = 0; i < 10; ++i)
+    site.scans[static_cast<std::size_t>(i)].estimate.T_map_robot = {0, 0, 3.1 + 0.1 * i};
   EXPECT_EQ(build_occupancy_grid(site, options).scans_drawn(), 4U) << "turning through pi";
 }
 
@@ -161,7 +167,8 @@ TEST(BuildOccupancyGrid, ChoosesTheScansOfEachLaserByItself) {
 TEST(BuildOccupancyGrid, LeavesOutLostScansAndPosesThatAreNone) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   Site site;
-  for (const Pose2& pose : {Pose2{nan, 0, 0}, Pose2{0, 1e300, 0}, Pose2{0, 0, nan}, Pose2{-3e9, 0, 0}}) {
+  for (const Pose2& pose :
+       {Pose2{nan, 0, 0}, Pose2{0, 1e300, 0}, Pose2{0, 0, nan}, Pose2{-3e9, 0, 0}}) {
     site.scans.push_back(scan_at(pose, {4.0F}));
   }
   site.scans.push_back(scan_at({0, 0, 0}, {4.0F}));
@@ -196,7 +203,8 @@ Site wandering_site() {
     std::vector<float> ranges(180);
     for (float& r : ranges) r = static_cast<float>(random.uniform(0.2, 9.0));
     for (std::size_t k = 0; k < ranges.size(); k += 17) ranges[k] = kNoReturn;
-    site.scans.push_back(scan_at({random.uniform(-9, 9), random.uniform(-9, 9), random.uniform(-3, 3)}, ranges, -kPi / 2));
+    site.scans.push_back(scan_at(
+        {random.uniform(-9, 9), random.uniform(-9, 9), random.uniform(-3, 3)}, ranges, -kPi / 2));
     site.scans.back().scan.T_robot_laser = {0.2, -0.1, 0.05};
   }
   return site;
@@ -221,8 +229,8 @@ TEST(BuildOccupancyGrid, AgreesWithDenseSampling) {
         const double a = posed.scan.angle(i);
         for (double r = pass == 0 ? 0.0 : range; r <= range; r += 2e-4) {
           const Vec2 p = T_map_laser * Vec2(r * std::cos(a), r * std::sin(a));
-          marks.set_log_odds(static_cast<int>(std::floor(p.x() / 0.2)), static_cast<int>(std::floor(p.y() / 0.2)),
-                             pass == 0 ? -0.4F : 1.1F);
+          marks.set_log_odds(static_cast<int>(std::floor(p.x() / 0.2)),
+                             static_cast<int>(std::floor(p.y() / 0.2)), pass == 0 ? -0.4F : 1.1F);
         }
       }
     }
@@ -266,7 +274,8 @@ TEST(BuildOccupancyGrid, IsTheSameForAnyNumberOfThreads) {
 
 TEST(BuildOccupancyGrid, TakesMemoryForWhatWasSeenOnly) {
   Site site;
-  site.scans = {scan_at({0, 0, 0}, {4.0F}), scan_at({1e6, -1e6, 0}, {4.0F})};  // a thousand kilometres apart
+  site.scans = {scan_at({0, 0, 0}, {4.0F}),
+                scan_at({1e6, -1e6, 0}, {4.0F})};  // a thousand kilometres apart
   EXPECT_LT(build_occupancy_grid(site, {}).bytes(), 200'000U);
 }
 

@@ -31,7 +31,9 @@ SubCellPoint at(double x, double y) { return {to_sub_cells(x), to_sub_cells(y)};
 /// Length of the segment a-b inside [x, x+1] x [y, y+1], as a share of its whole; negative when it
 /// misses the square. Clipping after Liang and Barsky.
 double share_inside(SubCellPoint a, SubCellPoint b, Cell cell, double margin) {
-  const auto cells = [](std::int64_t sub) { return static_cast<double>(sub) / static_cast<double>(kSubCells); };
+  const auto cells = [](std::int64_t sub) {
+    return static_cast<double>(sub) / static_cast<double>(kSubCells);
+  };
   const double p[2] = {cells(a.x), cells(a.y)}, d[2] = {cells(b.x - a.x), cells(b.y - a.y)};
   const double low[2] = {cell.first - margin, cell.second - margin};
   double enter = 0, leave = 1;
@@ -52,11 +54,13 @@ void expect_same_as_brute_force(SubCellPoint a, SubCellPoint b) {
   const std::vector<Cell> walked = walk(a, b);
   const std::set<Cell> cells(walked.begin(), walked.end());
   for (const Cell& cell : cells) {
-    EXPECT_GE(share_inside(a, b, cell, 1e-6), 0) << cell.first << ' ' << cell.second << " is not crossed";
+    EXPECT_GE(share_inside(a, b, cell, 1e-6), 0)
+        << cell.first << ' ' << cell.second << " is not crossed";
   }
   const auto [x0, x1] = std::minmax({cell_of(a.x), cell_of(b.x)});
   const auto [y0, y1] = std::minmax({cell_of(a.y), cell_of(b.y)});
-  const double length = std::hypot(static_cast<double>(b.x - a.x), static_cast<double>(b.y - a.y)) / static_cast<double>(kSubCells);
+  const double length = std::hypot(static_cast<double>(b.x - a.x), static_cast<double>(b.y - a.y)) /
+                        static_cast<double>(kSubCells);
   for (int y = y0 - 1; y <= y1 + 1; ++y) {
     for (int x = x0 - 1; x <= x1 + 1; ++x) {
       if (share_inside(a, b, {x, y}, 0) * length > 1e-6) {
@@ -72,9 +76,11 @@ TEST(Ray, StaysInOneCell) {
 }
 
 TEST(Ray, GoesStraightAlongAnAxis) {
-  for (const auto& [a, b] : {std::pair(at(-1.5, 0.5), at(2.5, 0.5)), std::pair(at(2.5, 0.5), at(-1.5, 0.5))}) {
+  for (const auto& [a, b] :
+       {std::pair(at(-1.5, 0.5), at(2.5, 0.5)), std::pair(at(2.5, 0.5), at(-1.5, 0.5))}) {
     const std::vector<Cell> cells = walk(a, b);
-    EXPECT_EQ(std::set<Cell>(cells.begin(), cells.end()), (std::set<Cell>{{-1 - 1, 0}, {-1, 0}, {0, 0}, {1, 0}, {2, 0}}));
+    EXPECT_EQ(std::set<Cell>(cells.begin(), cells.end()),
+              (std::set<Cell>{{-1 - 1, 0}, {-1, 0}, {0, 0}, {1, 0}, {2, 0}}));
   }
 }
 
@@ -110,12 +116,14 @@ TEST(Ray, AgreesWithBruteForceOnCornersDiagonalsAndBorders) {
 TEST(Ray, LeavesNoCellOfALongLineOut) {
   RandomStream random(2);
   for (int i = 0; i < 20; ++i) {
-    const SubCellPoint a = at(0.3, 0.7), b = at(random.uniform(-9000, 9000), random.uniform(-9000, 9000));
+    const SubCellPoint a = at(0.3, 0.7),
+                       b = at(random.uniform(-9000, 9000), random.uniform(-9000, 9000));
     std::vector<Cell> cells = walk(a, b);
     cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
     // Without gaps: from one border to the next, or through a corner.
     for (std::size_t k = 1; k < cells.size(); ++k) {
-      const int step = std::abs(cells[k].first - cells[k - 1].first) + std::abs(cells[k].second - cells[k - 1].second);
+      const int step = std::abs(cells[k].first - cells[k - 1].first) +
+                       std::abs(cells[k].second - cells[k - 1].second);
       ASSERT_EQ(step, 1) << "at " << k;
     }
     for (const Cell& cell : cells) ASSERT_GE(share_inside(a, b, cell, 1e-5), 0);
