@@ -63,6 +63,7 @@ ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool 
   const int n = static_cast<int>(points.size());
   points.nx.assign(n, 0.0F);
   points.ny.assign(n, 0.0F);
+  points.target.assign(n, 0);
   const auto window = static_cast<float>(options.normal_window);
   const auto lx = static_cast<float>(scan.T_robot_laser.x), ly = static_cast<float>(scan.T_robot_laser.y);
   for (int i = 0; i < n; ++i) {
@@ -75,14 +76,20 @@ ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool 
     const auto add = [&](float x, float y) { fit.add(x, y); };
     walk(points, beams, i, -1, window, gap, add);
     walk(points, beams, i, +1, window, gap, add);
-    if (fit.n < 4) continue;
+    if (fit.n < 3) continue;
     const float mx = fit.sx / fit.n, my = fit.sy / fit.n;
     const float cxx = fit.sxx / fit.n - mx * mx, cyy = fit.syy / fit.n - my * my, cxy = fit.sxy / fit.n - mx * my;
     const float half_trace = 0.5F * (cxx + cyy), half_diff = 0.5F * (cxx - cyy);
     const float root = std::sqrt(half_diff * half_diff + cxy * cxy);
     const float large = half_trace + root, small = std::max(half_trace - root, 0.0F);
     const auto flat = static_cast<float>(options.max_flatness);
-    if (large <= 0 || small > flat * flat * large) continue;
+    if (large <= 0) continue;
+    if (small > flat * flat * large) {
+      const auto size = static_cast<float>(options.point_size);
+      points.target[i] = 12.0F * large < size * size;  // rms along it to length of a bar
+      continue;
+    }
+    points.target[i] = 1;
     // Normal: eigenvector of the smaller eigenvalue, turned towards the laser.
     float nx, ny;
     if (std::abs(cxy) > 1e-12F) {
@@ -102,9 +109,11 @@ ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool 
 void add_to(map::SurfelMap& map, const ScanPoints& points, const Pose2& T_map_robot) {
   const auto c = static_cast<float>(std::cos(T_map_robot.theta)), s = static_cast<float>(std::sin(T_map_robot.theta));
   const auto px = static_cast<float>(T_map_robot.x), py = static_cast<float>(T_map_robot.y);
-  for (std::size_t i = 0; i < points.size(); ++i)
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!points.target[i]) continue;
     map.add(px + c * points.x[i] - s * points.y[i], py + s * points.x[i] + c * points.y[i],
             c * points.nx[i] - s * points.ny[i], s * points.nx[i] + c * points.ny[i]);
+  }
 }
 
 }  // namespace majak::match

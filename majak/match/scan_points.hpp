@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "majak/core/event.hpp"
@@ -10,11 +11,15 @@
 
 namespace majak::match {
 
-/// Points in the robot's frame (m), one array a coordinate so that loops vectorise. A point whose
-/// neighbours do not form a line (a leg, a leaf) has the normal (0, 0).
+/// Points in the robot's frame (m), one array a coordinate so that loops vectorise.
 struct ScanPoints {
   std::vector<float> x, y;
+  /// Unit normals. (0, 0): a small thing without a surface (a leg, a trunk), a point to be met
+  /// itself; or a stray return of which nothing is known, see `target`.
   std::vector<float> nx, ny;
+  /// May others be matched to it? Not to a stray return: along a wall seen at a flat angle these lie
+  /// a metre apart, and matching points to them would hold the robot where it was.
+  std::vector<std::uint8_t> target;
 
   std::size_t size() const { return x.size(); }
 };
@@ -23,6 +28,7 @@ struct ScanPointsOptions {
   double max_range = 60.0;      ///< m, longer returns are not matched
   double min_range = 0.05;      ///< m, shorter ones are the robot itself
   double normal_window = 0.25;  ///< m, neighbours this near on both sides make the normal
+  double point_size = 0.15;     ///< m, a cluster without a surface up to this size is a point
   double max_flatness = 0.35;   ///< rms off the line over rms along it, above which it is no line
 };
 

@@ -77,10 +77,14 @@ std::optional<PredictedMotion> OdometryModel::predict(std::size_t scan) const {
   PredictedMotion motion;
   motion.T_previous_robot = offset_.inverse() * mended * offset_;
   const double step = std::hypot(mended.x, mended.y), turn = std::abs(mended.theta);
-  const double share_t = noise_translation_ < 0 ? options_.share : noise_translation_;
-  const double share_r = noise_rotation_ < 0 ? options_.share : noise_rotation_;
-  motion.sigma_translation = options_.floor_translation + share_t * step;
-  motion.sigma_rotation = options_.floor_rotation + share_r * turn;
+  if (findings_.translation_noise <= 0) {  // nothing learnt yet
+    motion.sigma_translation = options_.floor_translation + options_.share * step;
+    motion.sigma_rotation = options_.floor_rotation + options_.share * turn;
+    return motion;
+  }
+  // Errors of the wheels add up like a random walk.
+  motion.sigma_translation = options_.learnt_floor_translation + 1.5 * findings_.translation_noise * std::sqrt(step);
+  motion.sigma_rotation = options_.learnt_floor_rotation + 1.5 * findings_.rotation_noise * std::sqrt(turn);
   return motion;
 }
 
@@ -209,8 +213,6 @@ void OdometryModel::learn_linear(std::size_t first) {
   // Shares of the motion, twice the scatter that was seen.
   findings_.translation_noise = std::sqrt(cost / rows * samples / std::max(way, 1e-3));
   findings_.rotation_noise = std::sqrt(turn_cost / std::max(turned, 1e-3));
-  noise_translation_ = std::clamp(2 * std::sqrt(cost / rows) / std::max(way / samples, 1e-3), 0.02, 0.5);
-  noise_rotation_ = std::clamp(2 * std::sqrt(turn_cost / samples) / std::max(turned / samples, 1e-3), 0.02, 0.5);
 }
 
 }  // namespace majak::motion

@@ -19,6 +19,8 @@ namespace majak::motion {
 struct OdometryModelOptions {
   double floor_translation = 0.02;  ///< m, least sigma of a predicted motion
   double floor_rotation = 0.02;     ///< rad
+  double learnt_floor_translation = 0.004;  ///< m, the same once the noise is learnt
+  double learnt_floor_rotation = 0.006;     ///< rad
   double share = 0.2;               ///< sigma per unit of predicted motion before anything is learnt
   double max_lag = 0.30;            ///< s, searched on both sides
   double lag_step = 0.02;           ///< s
@@ -91,7 +93,6 @@ class OdometryModel {
   bool reversed_ = false;          ///< a negative stated speed goes with a positive step
   double scale_ = 1, turn_scale_ = 1;
   Pose2 offset_;                   ///< D
-  double noise_translation_ = -1, noise_rotation_ = -1;  ///< shares learnt
   std::size_t next_learning_ = 300;
   OdometryFindings findings_;
 };

@@ -1,12 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/slam/front_end.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "majak/match/correlative.hpp"
 
 namespace majak::slam {
+namespace {
+
+Mat3 information_of(const MotionPrior& motion) {
+  const double t = 1.0 / (motion.sigma_translation * motion.sigma_translation);
+  const double r = 1.0 / (motion.sigma_rotation * motion.sigma_rotation);
+  return Vec3(t, t, r).asDiagonal();
+}
+
+}  // namespace
 
 FrontEnd::FrontEnd(const FrontEndOptions& options) : options_(options), active_(options.map), next_(options.map) {}
 
@@ -15,7 +25,7 @@ FrontEndStep FrontEnd::add(const Scan& scan, const std::optional<MotionPrior>& m
   const auto points = match::scan_points(scan, options_.points, false);
   const Pose2 previous = pose_;
   if (started_ && points.size() >= 10) {
-    const MotionPrior prior = motion ? *motion : MotionPrior{constant_velocity(scan.time), 0.10, 0.10};
+    const MotionPrior prior = motion ? *motion : MotionPrior{constant_velocity(scan.time), 2 * surprise_translation_, 2 * surprise_rotation_};
     step.match = track(points, prior);
     for (const double factor : {1.0, 3.0}) {
       if (step.match.score >= options_.trusted_score) break;
@@ -23,6 +33,8 @@ FrontEndStep FrontEnd::add(const Scan& scan, const std::optional<MotionPrior>& m
       step.searched = true;
     }
     pose_ = step.match.T_map_robot;
+    step.prior_information = information_of(prior);
+    if (!motion && !step.searched) learn_surprise(between(pose_, previous * prior.T_previous_robot));
   } else if (motion) {
     pose_ = pose_ * motion->T_previous_robot;
   }
@@ -42,6 +54,12 @@ FrontEndStep FrontEnd::add(const Scan& scan, const std::optional<MotionPrior>& m
   return step;
 }
 
+void FrontEnd::learn_surprise(const Pose2& error) {
+  const auto average = [](double rms, double e) { return std::sqrt(0.98 * rms * rms + 0.02 * e * e); };
+  surprise_translation_ = std::clamp(average(surprise_translation_, error.translation().norm()), 0.01, 0.05);
+  surprise_rotation_ = std::clamp(average(surprise_rotation_, error.theta), 0.01, 0.05);
+}
+
 // The last motion again, as long as the time took; stamps that come in bursts tell no velocity.
 Pose2 FrontEnd::constant_velocity(Time now) const {
   const double ratio = motion_time_ > 0 ? static_cast<double>(now - last_time_) / static_cast<double>(motion_time_) : 0;
@@ -51,9 +69,7 @@ Pose2 FrontEnd::constant_velocity(Time now) const {
 match::Match FrontEnd::track(const match::ScanPoints& points, const MotionPrior& motion) {
   match::PosePrior prior;
   prior.T_map_robot = pose_ * motion.T_previous_robot;
-  const double t = 1.0 / (motion.sigma_translation * motion.sigma_translation);
-  const double r = 1.0 / (motion.sigma_rotation * motion.sigma_rotation);
-  prior.information.diagonal() << t, t, r;
+  prior.information = information_of(motion);
   return match::align(points, active_, prior, options_.align);
 }
 

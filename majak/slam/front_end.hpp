@@ -35,6 +35,7 @@ struct MotionPrior {
 struct FrontEndStep {
   Pose2 T_map_robot;
   match::Match match;
+  Mat3 prior_information = Mat3::Zero();  ///< of the predicted motion, axes of the map
   bool key = false;
   bool searched = false;  ///< the prediction was no use, the window was searched
 };
@@ -48,6 +49,7 @@ class FrontEnd {
 
  private:
   Pose2 constant_velocity(Time now) const;
+  void learn_surprise(const Pose2& error);
   match::Match track(const match::ScanPoints& points, const MotionPrior& motion);
   match::Match search_window(const match::ScanPoints& points, const match::Match& tracked, const MotionPrior& motion,
                              double factor);
@@ -60,6 +62,7 @@ class FrontEnd {
   Pose2 motion_;               // between the last two scans
   Duration motion_time_ = 0;
   Time last_time_ = 0;
+  double surprise_translation_ = 0.05, surprise_rotation_ = 0.05;  // rms error of constant velocity
   bool started_ = false;
 };
 

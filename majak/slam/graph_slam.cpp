@@ -25,8 +25,8 @@ Mat3 rotation3(double theta) {
 // directions, widened by what returns of one wall have in common.
 Mat3 step_information(const FrontEndStep& step, bool weak) {
   const Mat3 r = rotation3(step.T_map_robot.theta);
-  const Mat3 information = r.transpose() * step.match.information * r + 1e-3 * Mat3::Identity();
-  Mat3 covariance = 4.0 * information.inverse();
+  const Mat3 information = r.transpose() * (0.25 * step.match.information + step.prior_information) * r;
+  Mat3 covariance = (information + 1e-3 * Mat3::Identity()).inverse();
   covariance.diagonal() += Vec3(4e-6, 4e-6, 1e-6);
   if (weak) covariance.diagonal() += Vec3(0.04, 0.04, 0.04);
   return covariance.inverse();
@@ -130,7 +130,7 @@ void GraphSlam::place_scans(const std::vector<Mat3>& key_covariances) {
     const KeyScan& key = keys_[key_of_[i]];
     match::PosePrior prior;
     prior.T_map_robot = key.T_map_robot * between(key.T_front_robot, posed.T_map_robot_front_end);
-    prior.information.diagonal() << 400, 400, 1100;
+    prior.information.diagonal() << 2500, 2500, 10000;
     const auto points = match::scan_points(posed.scan, options_.front_end.points, false);
     const match::Match match = match::align(points, map, prior, align);
     Estimate& estimate = posed.estimate;

@@ -20,7 +20,7 @@ struct JointRefinementOptions {
   double gate = 0.15;         ///< m, between paired returns, first round; half of it at last
   double sigma = 0.02;        ///< m, of a return off its surface
   double cauchy = 0.03;       ///< m, residual at which a pair of returns counts half
-  double prior = 0.02;        ///< weight of the front end's steps beside the pairs
+  double prior = 0.1;         ///< weight of the front end's steps beside the pairs
 };
 
 struct JointRefinement {
