@@ -2,51 +2,36 @@
 #include "majak/io/g2o.hpp"
 
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <memory>
 #include <optional>
 
 #include "majak/core/error.hpp"
 #include "majak/graph/initialize.hpp"
 #include "majak/io/atomic_file.hpp"
+#include "majak/io/byte_stream.hpp"
+#include "majak/io/line_reader.hpp"
+#include "majak/io/number.hpp"
 
 namespace majak::io {
 namespace {
-
-/// Words of one line, taken from the front.
-class Words {
- public:
-  explicit Words(std::string_view line) : rest_(line) {}
-  std::string_view next() {
-    constexpr std::string_view kSpace = " \t\r\v\f";
-    rest_.remove_prefix(std::min(rest_.find_first_not_of(kSpace), rest_.size()));
-    const std::string_view word = rest_.substr(0, rest_.find_first_of(kSpace));
-    rest_.remove_prefix(word.size());
-    return word;
-  }
-
- private:
-  std::string_view rest_;
-};
 
 class Parser {
  public:
   Parser(const std::string& name, Report& report) : name_(name), report_(report) {}
 
-  G2oGraph parse(std::string_view text) {
-    while (!text.empty()) {
-      ++line_;
-      const std::string_view line = text.substr(0, text.find('\n'));
-      text.remove_prefix(std::min(line.size() + 1, text.size()));
-      record(line);
+  G2oGraph parse(std::unique_ptr<ByteStream> bytes) {
+    LineReader lines(std::move(bytes));
+    while (const auto line = lines.next()) {
+      line_ = lines.line();
+      record(*line);
     }
+    // A log with a hole is still a log; a graph with a hole is another graph.
+    const Report damage = lines.report();
+    if (!damage.empty()) fail(line_, damage.entries().begin()->first);
     return finish();
   }
 
@@ -67,8 +52,8 @@ class Parser {
   }
 
   void record(std::string_view line) {
-    Words words(line);
-    const std::string_view tag = words.next();
+    Fields words(line);
+    const std::string_view tag = words.word();
     if (tag.empty() || tag.front() == '#') return;
     if (tag == "VERTEX_SE2") {
       const std::int64_t id = integer(words, tag);
@@ -86,7 +71,7 @@ class Parser {
     }
   }
 
-  void edge(Words& words, std::string_view tag) {
+  void edge(Fields& words, std::string_view tag) {
     RawEdge e{.from = 0, .to = 0, .edge = {}, .line = line_};
     e.from = integer(words, tag);
     e.to = integer(words, tag);
@@ -98,8 +83,8 @@ class Parser {
     edges_.push_back(e);
   }
 
-  std::int64_t integer(Words& words, std::string_view tag) {
-    const std::string_view word = words.next();
+  std::int64_t integer(Fields& words, std::string_view tag) {
+    const std::string_view word = words.word();
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error != std::errc() || end != word.data() + word.size() || value < 0)
@@ -108,19 +93,17 @@ class Parser {
     return value;
   }
 
-  double number(Words& words, std::string_view tag) {
-    const std::string_view word = words.next();
-    const std::string_view digits = word.starts_with('+') ? word.substr(1) : word;
+  double number(Fields& words, std::string_view tag) {
+    Fields before = words;
     double value = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    if (error != std::errc() || end != digits.data() + digits.size() || !std::isfinite(value))
-      fail(line_, word.empty()
-                      ? fmt::format("{} ends too early", tag)
-                      : fmt::format("{}: '{}' is not a finite number", tag, printable(word)));
-    return value;
+    if (words.number(value) && std::isfinite(value)) return value;
+    const std::string_view word = before.word();
+    fail(line_, word.empty()
+                    ? fmt::format("{} ends too early", tag)
+                    : fmt::format("{}: '{}' is not a finite number", tag, printable(word)));
   }
 
-  Pose2 pose(Words& words, std::string_view tag) {
+  Pose2 pose(Fields& words, std::string_view tag) {
     const double x = number(words, tag), y = number(words, tag), theta = number(words, tag);
     return {x, y, wrap_angle(theta)};
   }
@@ -184,33 +167,14 @@ class Parser {
   std::optional<std::pair<std::int64_t, std::int64_t>> fixed_;  ///< id, line
 };
 
-/// The whole file, unpacked if it is gzip (zlib hands plain bytes through).
-std::string content(const std::filesystem::path& path) {
-  if (std::filesystem::is_directory(path)) throw Error(path.string() + ": is a directory");
-  errno = 0;
-  const std::unique_ptr<gzFile_s, int (*)(gzFile)> file(gzopen(path.c_str(), "rb"), gzclose);
-  if (!file) throw Error(path.string() + ": cannot be opened: " + std::strerror(errno ? errno : ENOMEM));
-  std::string text;
-  std::vector<char> buffer(std::size_t{1} << 17);
-  int got = 0;
-  while ((got = gzread(file.get(), buffer.data(), static_cast<unsigned>(buffer.size()))) > 0)
-    text.append(buffer.data(), static_cast<std::size_t>(got));
-  int code = Z_OK;
-  const char* message = gzerror(file.get(), &code);
-  if (code == Z_ERRNO) throw Error(path.string() + ": cannot be read: " + std::strerror(errno));
-  if (code == Z_BUF_ERROR) throw Error(path.string() + ": the gzip data end too early");
-  if (code != Z_OK) throw Error(path.string() + ": damaged gzip data: " + message);
-  return text;
-}
-
 }  // namespace
 
 G2oGraph parse_g2o(std::string_view text, const std::string& name, Report& report) {
-  return Parser(name, report).parse(text);
+  return Parser(name, report).parse(open_bytes_in_memory(std::string(text)).bytes);
 }
 
 G2oGraph read_g2o(const std::filesystem::path& path, Report& report) {
-  return parse_g2o(content(path), path.string(), report);
+  return Parser(path.string(), report).parse(open_bytes(path).bytes);
 }
 
 std::string g2o_text(const graph::PoseGraph& graph, const std::vector<std::int64_t>& ids) {

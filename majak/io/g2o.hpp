@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pose graphs in g2o's text format: VERTEX_SE2 id x y theta, EDGE_SE2 from to x y theta and the upper
-// triangle of the information, FIX id. Plain or gzip, told apart by content.
+// triangle of the information, FIX id. Plain, gzip or bzip2, told apart by content.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ struct G2oGraph {
 /// malformed record, a repeated vertex, an edge to a vertex that the file does not define.
 G2oGraph parse_g2o(std::string_view text, const std::string& name, Report& report);
 
-/// The same from a file. Throws Error also if the file cannot be read or its gzip data are damaged.
+/// The same from a file. Throws Error also if the file cannot be read or what it is packed in is damaged.
 G2oGraph read_g2o(const std::filesystem::path& path, Report& report);
 
 /// Every number has the digits that bring it back exactly. `ids` may be empty: 0, 1, 2 ...
