@@ -44,7 +44,8 @@ sim::DriveKind drive_of(const std::string& name) {
 }
 
 constexpr const char* kHelp =
-    "A robot with an LMS-291 drives through a world; out comes an ordinary log, with the truth in it.\n"
+    "A robot with an LMS-291 drives through a world; out comes an ordinary log, with the truth in "
+    "it.\n"
     "\n"
     "Examples:\n"
     "  majak simulate                               a building, writes building.log\n"
@@ -53,7 +54,8 @@ constexpr const char* kHelp =
     "  majak simulate floor.png --cell 0.02         a picture, dark is wall, 2 cm a pixel\n"
     "  majak simulate --lag 0.1 --wrong-direction   a log as bad as some old ones\n"
     "\n"
-    "The log is in CARMEN's format, the true poses are its TRUEPOS lines. Equal options and seed give\n"
+    "The log is in CARMEN's format, the true poses are its TRUEPOS lines. Equal options and seed "
+    "give\n"
     "equal bytes.\n";
 
 sim::Scene find_scene(const SimulateOptions& o) {
@@ -84,22 +86,28 @@ void print_summary(const SimulateOptions& o, const Summary& s, const sim::RobotR
   const double error = (end.translation() - last.T_world_robot.translation()).norm();
   const double turn = std::abs(angle_diff(end.theta, last.T_world_robot.theta));
   const double seconds = to_seconds(run.duration());
-  const double no_return = s.beams > 0 ? 1 - static_cast<double>(s.returns) / static_cast<double>(s.beams) : 0;
+  const double no_return =
+      s.beams > 0 ? 1 - static_cast<double>(s.returns) / static_cast<double>(s.beams) : 0;
   if (o.json) {
-    const nlohmann::ordered_json json = {
-        {"log", o.output},          {"world", o.world},
-        {"seed", o.simulation.seed}, {"scans", s.scans},
-        {"beams", o.simulation.beams}, {"odometry_records", s.odometry},
-        {"path_m", run.path_length()}, {"duration_s", seconds},
-        {"no_return_share", no_return}, {"odometry_error_m", error},
-        {"odometry_error_deg", degrees(turn)}};
+    const nlohmann::ordered_json json = {{"log", o.output},
+                                         {"world", o.world},
+                                         {"seed", o.simulation.seed},
+                                         {"scans", s.scans},
+                                         {"beams", o.simulation.beams},
+                                         {"odometry_records", s.odometry},
+                                         {"path_m", run.path_length()},
+                                         {"duration_s", seconds},
+                                         {"no_return_share", no_return},
+                                         {"odometry_error_m", error},
+                                         {"odometry_error_deg", degrees(turn)}};
     fmt::print("{}\n", json.dump(2));
     return;
   }
   fmt::print("{}: {} scans of {} beams and {} odometry records; {:.1f} m in {:.0f} s\n", o.output,
              s.scans, o.simulation.beams, s.odometry, run.path_length(), seconds);
-  fmt::print("  {:.1f} % of the beams without return; the odometry ends {:.2f} m and {:.1f} degrees off\n",
-             100 * no_return, error, degrees(turn));
+  fmt::print(
+      "  {:.1f} % of the beams without return; the odometry ends {:.2f} m and {:.1f} degrees off\n",
+      100 * no_return, error, degrees(turn));
 }
 
 void run_simulate(SimulateOptions& o) {
@@ -112,8 +120,9 @@ void run_simulate(SimulateOptions& o) {
   if (o.output.empty()) o.output = fs::path(o.world).stem().string() + ".log";
   const sim::Path path = sim::plan_tour(world, o.tour);
   sim::Simulator simulator(world, path, o.simulation);
-  io::CarmenWriter log(o.output, fmt::format("simulated by majak: world {}, seed {}",
-                                             fs::path(o.world).filename().string(), o.simulation.seed));
+  io::CarmenWriter log(o.output,
+                       fmt::format("simulated by majak: world {}, seed {}",
+                                   fs::path(o.world).filename().string(), o.simulation.seed));
   Summary summary;
   while (const auto event = simulator.next()) {
     summary.add(*event);
@@ -149,7 +158,9 @@ void add_simulate(CLI::App& app) {
   command->add_option("--max-range", o->simulation.laser.max_range, "m; 8 is the millimetre mode")
       ->check(CLI::Range(1.0, 80.0).description(""))
       ->capture_default_str();
-  command->add_option("--cell", o->cell, "m a character (default 0.5) or pixel (default 0.05) of a plan")
+  command
+      ->add_option("--cell", o->cell,
+                   "m a character (default 0.5) or pixel (default 0.05) of a plan")
       ->check(CLI::PositiveNumber.description(""));
   command->add_option("--people", o->simulation.people, "who walk along the same ways")
       ->check(CLI::Range(0, 1000).description(""))

@@ -117,7 +117,8 @@ void CarmenWriter::write_parameters(const Scan& scan) {
 
 void CarmenWriter::write_scan(const Scan& scan) {
   if (scan.laser < 0 || scan.laser > 4) {
-    throw Error(fmt::format("a CARMEN log has no place for laser {}: it numbers 0 to 4", scan.laser));
+    throw Error(
+        fmt::format("a CARMEN log has no place for laser {}: it numbers 0 to 4", scan.laser));
   }
   if (!described_[static_cast<std::size_t>(scan.laser)]) write_parameters(scan);
   if (scan.T_odom_robot && scan.laser == 0) T_odom_robot_ = *scan.T_odom_robot;
@@ -129,9 +130,9 @@ void CarmenWriter::write_scan(const Scan& scan) {
   } else {
     // laser_type (unknown) start_angle fov angular_resolution maximum_range accuracy remission_mode
     const double fov = scan.angle_step * (static_cast<double>(scan.ranges.size()) - 1);
-    append(line_, "{}{} 99 {:.6f} {:.6f} {:.6f} {:.6f} 0.010000 {}", located ? "ROBOTLASER" : "RAWLASER",
-           scan.laser + 1, scan.start_angle, fov, scan.angle_step, scan.max_range,
-           scan.intensities.empty() ? 0 : 1);
+    append(line_, "{}{} 99 {:.6f} {:.6f} {:.6f} {:.6f} 0.010000 {}",
+           located ? "ROBOTLASER" : "RAWLASER", scan.laser + 1, scan.start_angle, fov,
+           scan.angle_step, scan.max_range, scan.intensities.empty() ? 0 : 1);
     append_ranges(line_, scan);
     append(line_, " {}", scan.intensities.size());
     for (const float intensity : scan.intensities) append(line_, " {:.6g}", intensity);

@@ -14,9 +14,10 @@
 namespace majak::io {
 
 /// Scans of a half circle in steps of 1 or 0.5 degrees become FLASER or RLASER, others ROBOTLASERn,
-/// those without odometry RAWLASERn; before the first scan of a laser stand the PARAM lines with its
-/// mounting, range and resolution. Odometry becomes ODOM, Truth TRUEPOS. Stamps and poses have six
-/// decimals; a no-return is written as the device's own code, 81.91 or 8.19 m, an invalid range as 0.
+/// those without odometry RAWLASERn; before the first scan of a laser stand the PARAM lines with
+/// its mounting, range and resolution. Odometry becomes ODOM, Truth TRUEPOS. Stamps and poses have
+/// six decimals; a no-return is written as the device's own code, 81.91 or 8.19 m, an invalid range
+/// as 0.
 class CarmenWriter {
  public:
   /// Throws Error when the file cannot be made. `comment` (lines without '#') goes to its head.

@@ -15,18 +15,18 @@ namespace majak::sensor {
 
 /// What the maker promises, as far as a log or a simulation needs it.
 struct SensorSheet {
-  double mirror_rate;         ///< Hz, turns of the mirror
-  double resolution;          ///< m, of a range
-  double systematic_error;    ///< m, at most, 1 ... 20 m
-  double statistical_error;   ///< m, one sigma, 1 ... 20 m, reflectivity 10 % or more
-  double range_cm_mode;       ///< m, ranges in centimetres
-  double range_mm_mode;       ///< m, ranges in millimetres
-  double range_at_10_percent; ///< m, reach on a target that reflects 10 %
-  double spot_at_window;      ///< m, diameter of the beam where it leaves
-  double divergence;          ///< rad, growth of that diameter with range
-  double wavelength;          ///< m
+  double mirror_rate;          ///< Hz, turns of the mirror
+  double resolution;           ///< m, of a range
+  double systematic_error;     ///< m, at most, 1 ... 20 m
+  double statistical_error;    ///< m, one sigma, 1 ... 20 m, reflectivity 10 % or more
+  double range_cm_mode;        ///< m, ranges in centimetres
+  double range_mm_mode;        ///< m, ranges in millimetres
+  double range_at_10_percent;  ///< m, reach on a target that reflects 10 %
+  double spot_at_window;       ///< m, diameter of the beam where it leaves
+  double divergence;           ///< rad, growth of that diameter with range
+  double wavelength;           ///< m
 };
-inline constexpr SensorSheet kLms291{75.0, 0.010, 0.035, 0.010, 80.0,
+inline constexpr SensorSheet kLms291{75.0, 0.010, 0.035, 0.010,  80.0,
                                      8.0,  30.0,  0.016, 0.0119, 905e-9};
 
 /// One turn of the mirror.
@@ -59,13 +59,13 @@ Duration beam_time(const Variant& variant, int beam);
 Duration scan_duration(const Variant& variant);
 
 struct RangeNoiseOptions {
-  double max_range = 80.0;          ///< m; 8 in the millimetre mode
-  double systematic_error = 0.035;  ///< m; the error of a run is drawn within +- this, 0 for none
-  double statistical_error = 0.010; ///< m, one sigma of each beam
-  double quantum = 0.010;           ///< m, step of the ranges, 0 for none
-  double no_return = 0.005;         ///< share of beams lost for no visible reason
-  double range_at_10_percent = 30;  ///< m, reach on a target that reflects 10 % of the light
-  double beam_width = 1.0;          ///< 1 = the real beam, 0 = a line: no mixed pixels
+  double max_range = 80.0;           ///< m; 8 in the millimetre mode
+  double systematic_error = 0.035;   ///< m; the error of a run is drawn within +- this, 0 for none
+  double statistical_error = 0.010;  ///< m, one sigma of each beam
+  double quantum = 0.010;            ///< m, step of the ranges, 0 for none
+  double no_return = 0.005;          ///< share of beams lost for no visible reason
+  double range_at_10_percent = 30;   ///< m, reach on a target that reflects 10 % of the light
+  double beam_width = 1.0;           ///< 1 = the real beam, 0 = a line: no mixed pixels
 };
 void describe(OptionFields& fields, RangeNoiseOptions& options);
 

@@ -135,10 +135,11 @@ void add_furniture(Builder& b) {
   b.furniture({31.6, 15.8}, 1.8, 0.8, kPi / 2);
   b.furniture({29.2, 9.2}, 1.4, 0.9, 0.5);
   // Chairs and bins.
-  for (const Vec2& p : {Vec2{7.3, 1.4}, {12.2, 1.7}, {23.1, 1.8}, {25.8, 2.0}, {2.1, 1.9},
-                        {2.4, 21.9}, {7.0, 23.2}, {32.9, 23.4}, {37.8, 2.3}, {30.6, 15.4}}) {
-    b.disc(p.x(), p.y(), 0.22);
-  }
+  // clang-format off
+  const Vec2 chairs[] = {{7.3, 1.4}, {12.2, 1.7}, {23.1, 1.8}, {25.8, 2.0}, {2.1, 1.9},
+                         {2.4, 21.9}, {7.0, 23.2}, {32.9, 23.4}, {37.8, 2.3}, {30.6, 15.4}};
+  // clang-format on
+  for (const Vec2& p : chairs) b.disc(p.x(), p.y(), 0.22);
   // The corridors are not quite empty: cabinets, bins, a radiator.
   b.box(16.0, 6.075, 17.6, 6.425, 0.35);
   b.box(24.5, 16.725, 25.7, 17.0, 0.5);
@@ -160,6 +161,7 @@ Scene building() {
   b.scene.start = {6.1, 7.2, 0};
   const Vec2 sw{6.1, 7.1}, nw{6.1, 18.1}, ne{34.1, 18.1}, se{34.1, 7.1};
   const Vec2 mid_south{20, 7.1}, mid_north{20, 18.1};
+  // clang-format off
   b.scene.tour = {
       mid_south, mid_north, nw, sw,              // west loop
       {8.5, 3}, {8.5, 7.1}, {14, 3}, {20.5, 3},  // S1, S2 through to S3
@@ -170,8 +172,9 @@ Scene building() {
       nw, {2.5, 18.5}, nw, {9.5, 18.1}, {9.5, 21.5}, {9.5, 18.1}, {15, 18.1},     // W3, N1
       mid_north, {25.5, 18.1}, {25.5, 21.8}, {31, 22}, {31, 18.1},                // N3, N4
       {30, 13.5}, {34.1, 11.5}, se, mid_south, sw, {6.1, 13}};                    // B, home
-  b.scene.short_tour = {mid_south, {20, 11}, {14.5, 12.6}, {6.1, 13}, nw,
-                        mid_north, mid_south, sw, {6.1, 13}, sw, mid_south};
+  b.scene.short_tour = {mid_south, {20, 11}, {14.5, 12.6}, {6.1, 13}, nw, mid_north,
+                        mid_south, sw, {6.1, 13}, sw, mid_south};
+  // clang-format on
   return b.scene;
 }
 

@@ -8,15 +8,15 @@ namespace majak::sim {
 
 namespace {
 
-constexpr std::size_t kLookAhead = 5;   // points of the path: half a metre
-constexpr std::size_t kWindow = 10;     // points among which the nearest is sought
-constexpr double kSharp = 1.0;          // rad; beyond, the robot turns before it drives on
-constexpr double kBack = 2.2;           // rad; beyond, it backs away from what is ahead first
-constexpr double kBackOut = 0.5;        // m
-constexpr double kShunt = 0.3;          // m in one gear
-constexpr double kSlow = 0.25;          // m/s, backwards and to and fro
-constexpr double kTurnAcceleration = 2; // rad/s^2
-constexpr double kSteeringRate = 1.5;   // rad/s
+constexpr std::size_t kLookAhead = 5;    // points of the path: half a metre
+constexpr std::size_t kWindow = 10;      // points among which the nearest is sought
+constexpr double kSharp = 1.0;           // rad; beyond, the robot turns before it drives on
+constexpr double kBack = 2.2;            // rad; beyond, it backs away from what is ahead first
+constexpr double kBackOut = 0.5;         // m
+constexpr double kShunt = 0.3;           // m in one gear
+constexpr double kSlow = 0.25;           // m/s, backwards and to and fro
+constexpr double kTurnAcceleration = 2;  // rad/s^2
+constexpr double kSteeringRate = 1.5;    // rad/s
 
 }  // namespace
 
@@ -77,8 +77,8 @@ Vec3 Pilot::next_twist(const Pose2& T_world_robot, double dt) {
     turn_sign_ = error > 0 ? 1 : -1;
     driven_ = 0;
   }
-  return twist_ = mode_ == Mode::follow ? pursue(error, to_aim.norm(), dt)
-                                        : turn_on_the_spot(error, dt);
+  return twist_ =
+             mode_ == Mode::follow ? pursue(error, to_aim.norm(), dt) : turn_on_the_spot(error, dt);
 }
 
 Vec3 Pilot::pursue(double error, double distance, double dt) {
@@ -122,7 +122,8 @@ Vec3 Pilot::shunt(double error, double dt) {
   const double speed = approach(twist_.x(), gear_ * kSlow, options_.acceleration * dt);
   // The wheel follows the motion, not the wish: no turning the wrong way while braking.
   const double sense = speed >= 0 ? 1 : -1;
-  steering_ = approach(steering_, sense * turn_sign_ * options_.max_steering, 4 * kSteeringRate * dt);
+  steering_ =
+      approach(steering_, sense * turn_sign_ * options_.max_steering, 4 * kSteeringRate * dt);
   return {speed, 0, speed * std::tan(steering_) / options_.wheelbase};
 }
 

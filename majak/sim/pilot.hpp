@@ -33,13 +33,13 @@ class Pilot {
   const Path& path_;
   const RobotOptions& options_;
   Mode mode_ = Mode::follow;
-  std::size_t at_ = 0;        ///< index of the path's point that was passed last
+  std::size_t at_ = 0;  ///< index of the path's point that was passed last
   bool arrived_ = false;
   Vec3 twist_ = Vec3::Zero();
-  double steering_ = 0;       ///< rad, Ackermann
-  double turn_sign_ = 1;      ///< the way round, chosen once a turn
-  double gear_ = -1;          ///< of a shunt
-  double driven_ = 0;         ///< m in this gear
+  double steering_ = 0;   ///< rad, Ackermann
+  double turn_sign_ = 1;  ///< the way round, chosen once a turn
+  double gear_ = -1;      ///< of a shunt
+  double driven_ = 0;     ///< m in this gear
 };
 
 }  // namespace majak::sim

@@ -57,7 +57,8 @@ void add_borders(const Raster& r, double cell, std::vector<Segment>& out) {
   }
 }
 
-/// Number of steps from each floor cell to the nearest wall, and pieces of floor that hang together.
+/// Number of steps from each floor cell to the nearest wall, and pieces of floor that hang
+/// together.
 struct FloorPieces {
   std::vector<int> steps;  ///< 0 in a wall
   std::vector<int> piece;  ///< -1 in a wall
@@ -125,8 +126,8 @@ Vec2 find_start(const Raster& r, double cell, const std::string& name) {
       steps = f.steps[c];
     }
   }
-  return cell * Vec2(static_cast<double>(widest % r.columns) + 0.5,
-                     static_cast<double>(widest / r.columns) + 0.5);
+  const std::size_t column = widest % r.columns, row = widest / r.columns;
+  return cell * Vec2(static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5);
 }
 
 void check_cell(double cell, const std::string& name) {
@@ -144,8 +145,8 @@ void check_cell(double cell, const std::string& name) {
 struct Marks {
   std::vector<std::string> lines;
   double cell = 0;
-  std::vector<Vec2> posts;       // in cells, y counted from the top
-  std::map<char, Vec2> places;   // '1' < '9' < 'A' < 'Z'
+  std::vector<Vec2> posts;      // in cells, y counted from the top
+  std::map<char, Vec2> places;  // '1' < '9' < 'A' < 'Z'
   std::optional<Pose2> start;
 };
 
@@ -160,13 +161,24 @@ void read_comment(std::string_view line, const std::string& name, Marks& marks) 
 void read_mark(char c, const Vec2& at, Marks& marks) {
   const double quarter = kPi / 2;
   switch (c) {
-    case 'o': marks.posts.push_back(at); return;
+    case 'o':
+      marks.posts.push_back(at);
+      return;
     case 'S':
-    case '>': marks.start = Pose2{at.x(), at.y(), 0}; return;
-    case '^': marks.start = Pose2{at.x(), at.y(), quarter}; return;
-    case '<': marks.start = Pose2{at.x(), at.y(), kPi}; return;
-    case 'v': marks.start = Pose2{at.x(), at.y(), -quarter}; return;
-    default: marks.places[c] = at;
+    case '>':
+      marks.start = Pose2{at.x(), at.y(), 0};
+      return;
+    case '^':
+      marks.start = Pose2{at.x(), at.y(), quarter};
+      return;
+    case '<':
+      marks.start = Pose2{at.x(), at.y(), kPi};
+      return;
+    case 'v':
+      marks.start = Pose2{at.x(), at.y(), -quarter};
+      return;
+    default:
+      marks.places[c] = at;
   }
 }
 
@@ -188,7 +200,8 @@ Marks read_marks(std::string_view text, const std::string& name) {
       const char c = line[i];
       if (c == '#' || c == '.' || c == ' ') continue;
       const bool place = (c >= '1' && c <= '9') || (c >= 'A' && c <= 'Z');
-      if (!place && std::strchr("o>^<v", c) == nullptr) refuse(name, number, i + 1, c);
+      if (!place && std::string_view("o>^<v").find(c) == std::string_view::npos)
+        refuse(name, number, i + 1, c);
       read_mark(c, Vec2(static_cast<double>(i) + 0.5, row + 0.5), marks);
     }
     marks.lines.emplace_back(line);
@@ -204,8 +217,10 @@ Scene parse_plan(std::string_view text, const std::string& name, double cell) {
   check_cell(cell, name);
   Raster r;
   r.rows = static_cast<int>(marks.lines.size());
-  for (const auto& line : marks.lines) r.columns = std::max(r.columns, static_cast<int>(line.size()));
-  if (static_cast<double>(r.rows) * r.columns > kMaxCells) throw Error(name + ": the plan is too large");
+  for (const auto& line : marks.lines)
+    r.columns = std::max(r.columns, static_cast<int>(line.size()));
+  if (static_cast<double>(r.rows) * r.columns > kMaxCells)
+    throw Error(name + ": the plan is too large");
   r.wall.assign(static_cast<std::size_t>(r.columns) * r.rows, 0);
   for (int i = 0; i < r.rows; ++i) {
     for (std::size_t k = 0; k < marks.lines[i].size(); ++k) {
@@ -262,7 +277,8 @@ Scene parse_picture(std::string_view png, const std::string& name, double cell) 
   Scene scene;
   scene.name = name;
   add_borders(r, cell, scene.segments);
-  if (scene.segments.empty()) throw Error(name + ": the picture has no dark pixel: nothing is wall");
+  if (scene.segments.empty())
+    throw Error(name + ": the picture has no dark pixel: nothing is wall");
   const Vec2 start = find_start(r, cell, name);
   scene.start = {start.x(), start.y(), 0};
   return scene;

@@ -125,13 +125,15 @@ std::size_t RobotRun::index(Duration time) const {
 Pose2 RobotRun::truth(Duration time) const {
   const std::size_t i = index(time);
   const RobotState& s = states_[i];
-  const Duration within = std::clamp<Duration>(time, 0, duration()) - static_cast<Duration>(i) * kTick;
+  const Duration within =
+      std::clamp<Duration>(time, 0, duration()) - static_cast<Duration>(i) * kTick;
   return within == 0 ? s.T_world_robot : s.T_world_robot * exp(to_seconds(within) * s.twist);
 }
 
 Pose2 RobotRun::odometry(Duration time) const {
   const std::size_t i = index(time);
-  const Duration within = std::clamp<Duration>(time, 0, duration()) - static_cast<Duration>(i) * kTick;
+  const Duration within =
+      std::clamp<Duration>(time, 0, duration()) - static_cast<Duration>(i) * kTick;
   if (within == 0) return states_[i].T_odom_robot;
   return interpolate(states_[i].T_odom_robot, states_[i + 1].T_odom_robot,
                      static_cast<double>(within) / static_cast<double>(kTick));

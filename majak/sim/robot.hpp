@@ -18,13 +18,13 @@ enum class DriveKind : std::uint8_t { differential, ackermann, omnidirectional }
 
 struct RobotOptions {
   DriveKind drive = DriveKind::differential;
-  double speed = 0.6;         ///< m/s, at most
-  double acceleration = 0.5;  ///< m/s^2
-  double turn_rate = 1.0;     ///< rad/s, at most
-  double track = 0.4;         ///< m, differential
-  double wheelbase = 0.4;     ///< m, Ackermann
+  double speed = 0.6;                 ///< m/s, at most
+  double acceleration = 0.5;          ///< m/s^2
+  double turn_rate = 1.0;             ///< rad/s, at most
+  double track = 0.4;                 ///< m, differential
+  double wheelbase = 0.4;             ///< m, Ackermann
   double max_steering = radians(40);  ///< rad, Ackermann
-  double arm = 0.25;          ///< m, omnidirectional
+  double arm = 0.25;                  ///< m, omnidirectional
 
   // Systematic: what the odometry believes per true value. 1 is right.
   double left_scale = 1;   ///< left wheel; the one wheel of an Ackermann; wheel 1 of an omni drive
@@ -32,14 +32,14 @@ struct RobotOptions {
   double track_scale = 1;  ///< track, wheelbase or arm
   double steering_offset = 0;  ///< rad, Ackermann
   // Systematic, drawn once a run: one sigma.
-  double scale_sigma = 0.005;    ///< common to all wheels
-  double unequal_sigma = 0.001;  ///< each wheel on its own
-  double track_sigma = 0.01;     ///< of the track, wheelbase or arm
-  double steering_sigma = 0.002; ///< rad, offset of the steering sensor
+  double scale_sigma = 0.005;     ///< common to all wheels
+  double unequal_sigma = 0.001;   ///< each wheel on its own
+  double track_sigma = 0.01;      ///< of the track, wheelbase or arm
+  double steering_sigma = 0.002;  ///< rad, offset of the steering sensor
   // Random: sigma grows with the root of the way rolled.
-  double slip = 0.005;             ///< m per sqrt(m), each wheel
-  double steering_noise = 0.002;   ///< rad, each reading, Ackermann
-  double encoder_step = 0.0005;    ///< m rolled a tick, 0 for none
+  double slip = 0.005;            ///< m per sqrt(m), each wheel
+  double steering_noise = 0.002;  ///< rad, each reading, Ackermann
+  double encoder_step = 0.0005;   ///< m rolled a tick, 0 for none
 
   bool wrong_direction = false;  ///< the odometry counts the way it backs as a way ahead
 };
@@ -51,8 +51,8 @@ RobotOptions perfect_wheels(RobotOptions options = {});
 /// The state at one tick; the twist is held until the next one, so the way between is an arc.
 struct RobotState {
   Pose2 T_world_robot;
-  Vec3 twist;          ///< m/s, m/s, rad/s in the robot's axes
-  Pose2 T_odom_robot;  ///< starts at zero
+  Vec3 twist;            ///< m/s, m/s, rad/s in the robot's axes
+  Pose2 T_odom_robot;    ///< starts at zero
   double speed = 0;      ///< m/s, as the wheels say, averaged over a quarter of a second
   double turn_rate = 0;  ///< rad/s, as the wheels say
 };

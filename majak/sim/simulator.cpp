@@ -52,10 +52,9 @@ void scale_noise(SimulationOptions& o, double factor) {
     o.robot = perfect_wheels(o.robot);
     return;
   }
-  for (double* value :
-       {&o.laser.systematic_error, &o.laser.statistical_error, &o.laser.no_return,
-        &o.robot.scale_sigma, &o.robot.unequal_sigma, &o.robot.track_sigma,
-        &o.robot.steering_sigma, &o.robot.slip, &o.robot.steering_noise}) {
+  for (double* value : {&o.laser.systematic_error, &o.laser.statistical_error, &o.laser.no_return,
+                        &o.robot.scale_sigma, &o.robot.unequal_sigma, &o.robot.track_sigma,
+                        &o.robot.steering_sigma, &o.robot.slip, &o.robot.steering_noise}) {
     *value *= factor;
   }
 }
@@ -78,7 +77,8 @@ Simulator::Simulator(const World& world, const Path& path, const SimulationOptio
   period_ = static_cast<Duration>(std::max(least, turns)) * sensor::kMirrorTurn;
   const double way = length(path_);
   for (int i = 0; i < options.people; ++i) {
-    RandomStream r(static_cast<std::uint64_t>(options.seed), kWalker, static_cast<std::uint64_t>(i));
+    RandomStream r(static_cast<std::uint64_t>(options.seed), kWalker,
+                   static_cast<std::uint64_t>(i));
     walkers_.push_back({r.uniform(0, 2 * way), r.uniform(0.7, 1.4), r.uniform(-0.6, 0.6)});
   }
 }

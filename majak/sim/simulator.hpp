@@ -53,7 +53,8 @@ class Simulator {
   std::optional<Event> next();
 
   const RobotRun& run() const { return run_; }
-  Pose2 T_robot_laser() const { return T_robot_laser_; }
+  /// T_robot_laser as it truly is, told or not.
+  Pose2 mounting() const { return T_robot_laser_; }
   const sensor::Variant& variant() const { return variant_; }
   Duration scan_period() const { return period_; }
 
@@ -81,7 +82,7 @@ class Simulator {
   std::vector<Walker> walkers_;
   Duration period_ = 0;
   std::int64_t next_scan_ = 0, next_odometry_ = 0;
-  std::int64_t burst_end_ = -1;   ///< scans before this one arrive together with it
+  std::int64_t burst_end_ = -1;  ///< scans before this one arrive together with it
   Time last_arrival_ = 0;
   std::int64_t order_ = 0;
   std::map<std::pair<Time, std::int64_t>, Event> waiting_;  ///< by arrival, then as produced

@@ -14,9 +14,9 @@ namespace majak::sim {
 
 namespace {
 
-constexpr double kCell = 0.2;          // m
-constexpr double kComfort = 0.8;       // m; a wider berth is not worth a detour
-constexpr double kWallCost = 4.0;      // a metre along a wall costs this many more
+constexpr double kCell = 0.2;                           // m
+constexpr double kComfort = 0.8;                        // m; a wider berth is not worth a detour
+constexpr double kWallCost = 4.0;                       // a metre along a wall costs this many more
 constexpr std::size_t kMinPlaces = 5, kMaxPlaces = 80;  // of a tour that is made up
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
@@ -30,8 +30,7 @@ class Floor {
     rows_ = static_cast<int>(std::ceil(size.y())) + 2;
     clearance_.assign(static_cast<std::size_t>(columns_) * rows_, static_cast<float>(kComfort));
     for (const Segment& s : world.scene().segments) {
-      lower(s.a.cwiseMin(s.b), s.a.cwiseMax(s.b),
-            [&](const Vec2& p) { return distance_to(s, p); });
+      lower(s.a.cwiseMin(s.b), s.a.cwiseMax(s.b), [&](const Vec2& p) { return distance_to(s, p); });
     }
     for (const Disc& d : world.scene().discs) {
       const Vec2 r = Vec2::Constant(d.radius);
@@ -44,12 +43,14 @@ class Floor {
   float clearance(int cell) const { return clearance_[cell]; }
   bool free(int cell) const { return clearance_[cell] >= needed_; }
   Vec2 centre(int cell) const {
-    return low_ + kCell * Vec2(cell % columns_ + 0.5, cell / columns_ + 0.5);
+    const int column = cell % columns_, row = cell / columns_;
+    return low_ + kCell * Vec2(column + 0.5, row + 0.5);
   }
   /// -1 outside.
   int cell_at(const Vec2& p) const {
     const Vec2 q = (p - low_) / kCell;
-    const int column = static_cast<int>(std::floor(q.x())), row = static_cast<int>(std::floor(q.y()));
+    const int column = static_cast<int>(std::floor(q.x())),
+              row = static_cast<int>(std::floor(q.y()));
     const bool inside = column >= 0 && row >= 0 && column < columns_ && row < rows_;
     return inside ? row * columns_ + column : -1;
   }

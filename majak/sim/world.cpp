@@ -63,8 +63,7 @@ double incidence_on(const Disc& d, const Vec2& origin, const Vec2& direction) {
 double distance_to(const Segment& s, const Vec2& point) {
   const Vec2 along = s.b - s.a;
   const double length2 = along.squaredNorm();
-  const double part =
-      length2 > 0 ? std::clamp((point - s.a).dot(along) / length2, 0.0, 1.0) : 0.0;
+  const double part = length2 > 0 ? std::clamp((point - s.a).dot(along) / length2, 0.0, 1.0) : 0.0;
   return (point - (s.a + part * along)).norm();
 }
 
@@ -103,7 +102,8 @@ void World::for_each_cell(int object, const Body& body) const {
     high = d.centre + Vec2::Constant(d.radius);
   }
   const auto cell = [this](double value, int axis, int count) {
-    return std::clamp(static_cast<int>(std::floor((value - grid_low_[axis]) / kCell)), 0, count - 1);
+    return std::clamp(static_cast<int>(std::floor((value - grid_low_[axis]) / kCell)), 0,
+                      count - 1);
   };
   const int column0 = cell(low.x() - kTouching, 0, columns_);
   const int column1 = cell(high.x() + kTouching, 0, columns_);

@@ -36,9 +36,9 @@ struct Scene {
   std::string name;
   std::vector<Segment> segments;
   std::vector<Disc> discs;
-  Pose2 start;                  ///< T_world_robot at the beginning
-  std::vector<Vec2> tour;       ///< places to visit in this order; empty: a tour is made up
-  std::vector<Vec2> short_tour; ///< about 100 m, for statistics over many runs
+  Pose2 start;                   ///< T_world_robot at the beginning
+  std::vector<Vec2> tour;        ///< places to visit in this order; empty: a tour is made up
+  std::vector<Vec2> short_tour;  ///< about 100 m, for statistics over many runs
 };
 
 class World {
@@ -55,7 +55,7 @@ class World {
   double clearance(const Vec2& point) const;
 
   const Scene& scene() const { return scene_; }
-  const Vec2& low() const { return low_; }    ///< corners of the box around everything
+  const Vec2& low() const { return low_; }  ///< corners of the box around everything
   const Vec2& high() const { return high_; }
 
  private:

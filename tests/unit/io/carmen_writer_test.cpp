@@ -53,7 +53,8 @@ Scan scan_of(std::size_t beams, double start_degrees, double step_degrees) {
   s.max_range = 80;
   s.T_robot_laser = {0.1, 0, 0};
   s.T_odom_robot = Pose2{1.5, -2.25, 0.5};
-  for (std::size_t i = 0; i < beams; ++i) s.ranges.push_back(static_cast<float>(100 + i % 50) / 100);
+  for (std::size_t i = 0; i < beams; ++i)
+    s.ranges.push_back(static_cast<float>(100 + i % 50) / 100);
   s.ranges[3] = kNoReturn;
   s.ranges[4] = kInvalidRange;
   return s;
@@ -62,21 +63,22 @@ Scan scan_of(std::size_t beams, double start_degrees, double step_degrees) {
 TEST_F(CarmenWriterTest, WritesWhatACarmenLogLooksLike) {
   Scan s = scan_of(180, -90, 1);
   std::fill(s.ranges.begin() + 5, s.ranges.end(), 2.5f);
-  const std::string text = text_of({Odometry{1'000'000'000'000'000'000, {1, 2, -0.5}, 0.25, -0.1}, s,
-                                    Truth{s.time, {7, 8, 3}}},
-                                   "made for a test\nseed 1");
+  const std::string text = text_of(
+      {Odometry{1'000'000'000'000'000'000, {1, 2, -0.5}, 0.25, -0.1}, s, Truth{s.time, {7, 8, 3}}},
+      "made for a test\nseed 1");
   std::string ranges = " 1.00 1.01 1.02 81.91 0.00";
   for (int i = 5; i < 180; ++i) ranges += " 2.50";
   const std::string end = " 1000000000.133333 majak 0.133333\n";
   EXPECT_EQ(text,
             "# CARMEN Logfile\n# made for a test\n# seed 1\n"
-            "ODOM 1.000000 2.000000 -0.500000 0.250000 -0.100000 0.000000 1000000000.000000 majak 0.000000\n"
-            "PARAM robot_frontlaser_offset 0.100000" + end +
-            "PARAM robot_frontlaser_side_offset 0.000000" + end +
-            "PARAM robot_front_laser_max 80.00" + end +
-            "PARAM laser_front_laser_resolution 1" + end +
-            "FLASER 180" + ranges + " 1.587758 -2.202057 0.500000 1.500000 -2.250000 0.500000" + end +
-            "TRUEPOS 7.000000 8.000000 3.000000 1.500000 -2.250000 0.500000" + end);
+            "ODOM 1.000000 2.000000 -0.500000 0.250000 -0.100000 0.000000 1000000000.000000 majak "
+            "0.000000\n"
+            "PARAM robot_frontlaser_offset 0.100000" +
+                end + "PARAM robot_frontlaser_side_offset 0.000000" + end +
+                "PARAM robot_front_laser_max 80.00" + end + "PARAM laser_front_laser_resolution 1" +
+                end + "FLASER 180" + ranges +
+                " 1.587758 -2.202057 0.500000 1.500000 -2.250000 0.500000" + end +
+                "TRUEPOS 7.000000 8.000000 3.000000 1.500000 -2.250000 0.500000" + end);
 }
 
 TEST_F(CarmenWriterTest, EveryVariantReadsBack) {
@@ -85,10 +87,14 @@ TEST_F(CarmenWriterTest, EveryVariantReadsBack) {
     double start, step;
     const char* record;
   };
-  for (const Case& c : {Case{180, -90, 1, "\nFLASER 180 "}, {181, -90, 1, "\nFLASER 181 "},
-                        {360, -90, 0.5, "\nFLASER 360 "}, {361, -90, 0.5, "\nFLASER 361 "},
-                        {101, -50, 1, "\nROBOTLASER1 99 "}, {201, -50, 0.5, "\nROBOTLASER1 99 "},
-                        {401, -50, 0.25, "\nROBOTLASER1 99 "}, {1081, -135, 0.25, "\nROBOTLASER1 99 "},
+  for (const Case& c : {Case{180, -90, 1, "\nFLASER 180 "},
+                        {181, -90, 1, "\nFLASER 181 "},
+                        {360, -90, 0.5, "\nFLASER 360 "},
+                        {361, -90, 0.5, "\nFLASER 361 "},
+                        {101, -50, 1, "\nROBOTLASER1 99 "},
+                        {201, -50, 0.5, "\nROBOTLASER1 99 "},
+                        {401, -50, 0.25, "\nROBOTLASER1 99 "},
+                        {1081, -135, 0.25, "\nROBOTLASER1 99 "},
                         {180, -89.5, 1, "\nROBOTLASER1 99 "}}) {
     const Scan s = scan_of(c.beams, c.start, c.step);
     EXPECT_THAT(text_of({s}), HasSubstr(c.record));
@@ -117,7 +123,8 @@ TEST_F(CarmenWriterTest, RearLaserWithoutOdometryAndIntensities) {
   rear.laser = 1;
   rear.T_robot_laser = {-0.3, 0, kPi};
   EXPECT_THAT(text_of({rear}), HasSubstr("\nRLASER 181 "));
-  EXPECT_LT(log(between(std::get<Scan>(read_back()[0]).T_robot_laser, rear.T_robot_laser)).norm(), 1e-5);
+  EXPECT_LT(log(between(std::get<Scan>(read_back()[0]).T_robot_laser, rear.T_robot_laser)).norm(),
+            1e-5);
   bare.T_odom_robot.reset();
   EXPECT_THAT(text_of({bare}), HasSubstr("\nRAWLASER1 99 "));
   EXPECT_FALSE(std::get<Scan>(read_back()[0]).T_odom_robot.has_value());
@@ -169,7 +176,8 @@ TEST_F(CarmenWriterTest, RandomEventsReadBackInOrder) {
       EXPECT_LT(log(between(truth->T_world_robot, T)).norm(), 2e-6);
     } else if (const auto* scan = std::get_if<Scan>(&back[i])) {
       const Scan& s = std::get<Scan>(events[i]);
-      for (std::size_t k = 0; k < s.ranges.size(); ++k) EXPECT_NEAR(scan->ranges[k], s.ranges[k], 1e-5);
+      for (std::size_t k = 0; k < s.ranges.size(); ++k)
+        EXPECT_NEAR(scan->ranges[k], s.ranges[k], 1e-5);
     }
   }
 }

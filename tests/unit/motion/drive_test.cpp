@@ -11,7 +11,9 @@
 namespace majak::motion {
 namespace {
 
-Vec3 random_twist(RandomStream& r) { return {r.uniform(-1, 1), r.uniform(-1, 1), r.uniform(-2, 2)}; }
+Vec3 random_twist(RandomStream& r) {
+  return {r.uniform(-1, 1), r.uniform(-1, 1), r.uniform(-2, 2)};
+}
 
 void expect_near(const Vec3& a, const Vec3& b, double tolerance = 1e-12) {
   EXPECT_LT((a - b).norm(), tolerance) << a.transpose() << " against " << b.transpose();
@@ -50,8 +52,8 @@ TEST(Ackermann, ClosedForms) {
   EXPECT_NEAR(turn, 0.16226, 5e-6);
   EXPECT_NEAR(twist.z(), turn, 1e-12);
   const Pose2 T = exp(twist);
-  EXPECT_NEAR(T.x, radius * std::sin(turn), 1e-12);               // ahead
-  EXPECT_NEAR(T.y, radius - radius * std::cos(turn), 1e-12);      // towards the centre
+  EXPECT_NEAR(T.x, radius * std::sin(turn), 1e-12);           // ahead
+  EXPECT_NEAR(T.y, radius - radius * std::cos(turn), 1e-12);  // towards the centre
   EXPECT_NEAR(T.theta, turn, 1e-12);
 }
 
@@ -102,14 +104,16 @@ TEST(Differential, StraightAndSpinAreExact) {
 TEST(Differential, CircleFromTheWheelsRatio) {
   const double track = 0.5;
   const Differential drive{track};
-  for (const auto& w : {Differential::Wheels{0.2, 0.5}, {0.5, 0.2}, {-0.1, 0.4}, {0.3, 0.3000001}}) {
+  for (const auto& w :
+       {Differential::Wheels{0.2, 0.5}, {0.5, 0.2}, {-0.1, 0.4}, {0.3, 0.3000001}}) {
     const Vec3 twist = drive.forward(w);
     const double radius = track / 2 * (w.right + w.left) / (w.right - w.left);
     EXPECT_NEAR(twist.z(), (w.right - w.left) / track, 1e-15);
     EXPECT_NEAR(twist.x(), (w.left + w.right) / 2, 1e-15);
     const Vec2 centre(0, radius);
     EXPECT_LT((exp(twist) * centre - centre).norm(), 1e-9 * (1 + std::abs(radius)));
-    // Each wheel rolls its own arc; measured from the left wheel the circle is track left/(right-left).
+    // Each wheel rolls its own arc; measured from the left wheel the circle is track
+    // left/(right-left).
     EXPECT_NEAR((radius - track / 2) * twist.z(), w.left, 1e-9);
     EXPECT_NEAR((radius + track / 2) * twist.z(), w.right, 1e-9);
     EXPECT_NEAR(radius - track / 2, track * w.left / (w.right - w.left), 1e-6);

@@ -56,7 +56,8 @@ TEST(Lms291, HalfADegreeInterleavesTwoTurns) {
 
 TEST(Lms291, AQuarterOfADegreeInterleavesFourTurns) {
   const Variant v{100, 25};
-  for (int k = 0; k < 4; ++k) EXPECT_NEAR(beam_ms(v, k), k * (kTurnMs + 0.25 / 360 * kTurnMs), 1e-4);
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(beam_ms(v, k), k * (kTurnMs + 0.25 / 360 * kTurnMs), 1e-4);
   EXPECT_NEAR(beam_ms(v, 4), 1.0 / 360 * kTurnMs, 1e-5);
   EXPECT_EQ(scan_duration(v), beam_time(v, 399));
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "majak/core/error.hpp"
+#include "majak/core/random.hpp"
 
 namespace majak::sim {
 namespace {
@@ -47,9 +48,9 @@ TEST(TextPlan, CellsBecomeMetresAndRowsCountFromTheTop) {
 
 TEST(TextPlan, LaserSeesTheDrawnWalls) {
   const World world(parse_plan(kRoom, "room", 0.5));
-  EXPECT_NEAR(world.cast({2.25, 0.75}, 0, 80).range, 2.25, 1e-12);       // right
-  EXPECT_NEAR(world.cast({2.25, 0.75}, kPi, 80).range, 1.75, 1e-12);     // left
-  EXPECT_NEAR(world.cast({2.25, 0.75}, kPi / 2, 80).range, 1.25, 1e-12); // up
+  EXPECT_NEAR(world.cast({2.25, 0.75}, 0, 80).range, 2.25, 1e-12);        // right
+  EXPECT_NEAR(world.cast({2.25, 0.75}, kPi, 80).range, 1.75, 1e-12);      // left
+  EXPECT_NEAR(world.cast({2.25, 0.75}, kPi / 2, 80).range, 1.25, 1e-12);  // up
   EXPECT_NEAR(world.cast({2.25, 0.75}, -kPi / 2, 80).range, 0.25, 1e-12);
 }
 
@@ -87,11 +88,17 @@ TEST(TextPlan, WithoutAMarkTheStartIsTheMiddleOfTheLargestEnclosedFloor) {
 
 TEST(TextPlan, ErrorsSayWhere) {
   EXPECT_THAT(message_of([] { parse_plan("###\n#?#\n###\n", "a.txt"); }), HasSubstr("a.txt:2:2: "));
-  EXPECT_THAT(message_of([] { parse_plan("; c\n###\n#.#\n##!\n", "a.txt"); }), HasSubstr("a.txt:4:3: "));
+  EXPECT_THAT(message_of([] { parse_plan("; c\n###\n#.#\n##!\n", "a.txt"); }),
+              HasSubstr("a.txt:4:3: "));
+  const std::string nul("###\n#\0#\n###\n", 12);
+  EXPECT_THAT(message_of([&] { parse_plan(nul, "a.txt"); }), HasSubstr("a.txt:2:2: "));
+  EXPECT_THAT(message_of([] { parse_plan("; cell nan\n###\n", "a.txt"); }),
+              HasSubstr("size of a cell"));
   EXPECT_THAT(message_of([] { parse_plan("", "a.txt"); }), HasSubstr("no wall"));
   EXPECT_THAT(message_of([] { parse_plan("...\n", "a.txt"); }), HasSubstr("no wall"));
   EXPECT_THAT(message_of([] { parse_plan("###\n###\n", "a.txt"); }), HasSubstr("no floor"));
-  EXPECT_THAT(message_of([] { parse_plan("; cell -1\n###\n", "a.txt"); }), HasSubstr("size of a cell"));
+  EXPECT_THAT(message_of([] { parse_plan("; cell -1\n###\n", "a.txt"); }),
+              HasSubstr("size of a cell"));
 }
 
 /// '#' black, '.' white, '-' transparent.
@@ -117,11 +124,12 @@ std::string picture(const std::vector<std::string>& rows) {
 }
 
 TEST(PicturePlan, DarkIsWallAndTransparentIsPaper) {
-  const Scene scene = parse_picture(picture({"--------",
-                                             "-######-",
-                                             "-#....#-",
-                                             "-#....#-",
-                                             "-######-"}), "p.png", 1);
+  const std::string png = picture({"--------",  //
+                                   "-######-",  //
+                                   "-#....#-",  //
+                                   "-#....#-",  //
+                                   "-######-"});
+  const Scene scene = parse_picture(png, "p.png", 1);
   EXPECT_EQ(scene.segments.size(), 8u);
   const World world(scene);
   EXPECT_NEAR(world.cast({3.3, 2.2}, 0, 80).range, 2.7, 1e-12);
@@ -131,10 +139,28 @@ TEST(PicturePlan, DarkIsWallAndTransparentIsPaper) {
 
 TEST(PicturePlan, ErrorsNameThePicture) {
   EXPECT_THAT(message_of([] { parse_picture("\x89PNG broken", "p.png"); }), HasSubstr("p.png: "));
-  EXPECT_THAT(message_of([] { parse_picture(picture({"...", "..."}), "p.png"); }), HasSubstr("dark"));
+  const std::string white = picture({"...", "..."});
+  EXPECT_THAT(message_of([&] { parse_picture(white, "p.png"); }), HasSubstr("dark"));
   const std::string whole = picture({"###", "#.#", "###"});
   EXPECT_THAT(message_of([&] { parse_picture(whole.substr(0, whole.size() / 2), "p.png"); }),
               HasSubstr("p.png: "));
+}
+
+TEST(TextPlan, RandomBytesAreAnErrorOrAPlan) {
+  RandomStream r(1);
+  const std::string alphabet = "##..  o>v1Z;\n\n\r\x80?";
+  for (int i = 0; i < 3000; ++i) {
+    std::string text;
+    for (std::uint64_t k = r.below(60); k > 0; --k)
+      text += alphabet[r.below(alphabet.size() - (i % 2) * 2)];
+    try {
+      const Scene scene = parse_plan(text, "plan");
+      EXPECT_FALSE(scene.segments.empty());
+      EXPECT_TRUE(scene.start.finite());
+    } catch (const Error& e) {
+      EXPECT_TRUE(std::string(e.what()).starts_with("plan:")) << e.what();
+    }
+  }
 }
 
 TEST(Plan, FileIsToldApartByItsContent) {

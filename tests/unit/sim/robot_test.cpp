@@ -120,14 +120,16 @@ TEST(Robot, PerfectWheelsTellTheTruth) {
 
 TEST(Robot, EqualSeedsAreEqualAndOthersAreNot) {
   for (const DriveKind drive : kDrives) {
-    const RobotRun a = drive_path(straight(5), with(drive), 7), b = drive_path(straight(5), with(drive), 7);
+    const RobotRun a = drive_path(straight(5), with(drive), 7),
+                   b = drive_path(straight(5), with(drive), 7);
     const RobotRun c = drive_path(straight(5), with(drive), 8);
     ASSERT_EQ(a.states().size(), b.states().size());
     for (std::size_t i = 0; i < a.states().size(); ++i) {
       ASSERT_EQ(a.states()[i].T_odom_robot, b.states()[i].T_odom_robot);
     }
     EXPECT_NE(a.states().back().T_odom_robot, c.states().back().T_odom_robot);
-    EXPECT_EQ(a.states().back().T_world_robot, c.states().back().T_world_robot);  // noise is not felt
+    EXPECT_EQ(a.states().back().T_world_robot,
+              c.states().back().T_world_robot);  // noise is not felt
   }
 }
 
@@ -174,7 +176,8 @@ TEST(Odometry, SlipGrowsWithTheRootOfTheWay) {
       const double way = run.states().back().T_world_robot.x;
       double believed = 0;
       for (std::size_t i = 1; i < run.states().size(); ++i) {
-        believed += log(between(run.states()[i - 1].T_odom_robot, run.states()[i].T_odom_robot)).x();
+        believed +=
+            log(between(run.states()[i - 1].T_odom_robot, run.states()[i].T_odom_robot)).x();
       }
       heading += std::pow(run.states().back().T_odom_robot.theta * o.track / o.slip, 2) / (2 * way);
       along += std::pow((believed - way) / o.slip, 2) * 2 / way;

@@ -99,8 +99,10 @@ TEST_F(SimulatorTest, WithoutNoiseEveryBeamIsTheRayFromWhereTheRobotWasThen) {
         const double expected = world().cast(T.translation(), T.theta + scan->angle(i), 80).range;
         // Stamps are rounded to a microsecond: at a wall's edge the ray may pass it, then.
         if (std::abs(scan->ranges[i] - expected) > 1e-4) {
-          const double aside = world().cast(T.translation(), T.theta + scan->angle(i) + 1e-5, 80).range;
-          const double other = world().cast(T.translation(), T.theta + scan->angle(i) - 1e-5, 80).range;
+          const double aside =
+              world().cast(T.translation(), T.theta + scan->angle(i) + 1e-5, 80).range;
+          const double other =
+              world().cast(T.translation(), T.theta + scan->angle(i) - 1e-5, 80).range;
           EXPECT_GT(std::abs(aside - other), 0.01) << scan->ranges[i] << " " << expected;
         }
         const double standing =
@@ -121,7 +123,8 @@ TEST_F(SimulatorTest, NoiseIsWhatTheSensorModelSays) {
   int n = 0;
   for (std::size_t s = 0; s < clean.size(); s += 5) {
     for (std::size_t i = 0; i < clean[s].ranges.size(); ++i) {
-      const double e = static_cast<double>(noisy[s].ranges[i]) - static_cast<double>(clean[s].ranges[i]);
+      const double e =
+          static_cast<double>(noisy[s].ranges[i]) - static_cast<double>(clean[s].ranges[i]);
       sum += e;
       squares += e * e;
       ++n;
@@ -239,6 +242,9 @@ TEST_F(SimulatorTest, PeopleAreSeenAndWalk) {
   }
   EXPECT_GT(nearer, empty.size());
   EXPECT_EQ(farther, 0u);
+  // In its first second the robot rests: only what walks can change the picture.
+  EXPECT_EQ(empty[0].ranges, empty[6].ranges);
+  EXPECT_NE(busy[0].ranges, busy[6].ranges);
 }
 
 TEST_F(SimulatorTest, ShortSightedInTheLongCorridor) {
@@ -251,7 +257,8 @@ TEST_F(SimulatorTest, ShortSightedInTheLongCorridor) {
     const auto* scan = std::get_if<Scan>(&*event);
     if (scan == nullptr) continue;
     EXPECT_EQ(scan->max_range, 8.0f);
-    const Pose2 T = simulator.run().truth(scan->time - from_seconds(o.start_time)) * scan->T_robot_laser;
+    const Pose2 T =
+        simulator.run().truth(scan->time - from_seconds(o.start_time)) * scan->T_robot_laser;
     for (std::size_t i = 0; i < scan->ranges.size(); ++i) {
       if (!std::isfinite(scan->ranges[i])) continue;
       const double r = scan->ranges[i], a = scan->angle(i);

@@ -28,7 +28,8 @@ double cast_slowly(const Scene& scene, const Vec2& o, double angle, double max_r
     if (t.x() >= 0 && t.y() >= 0 && t.y() <= 1) best = std::min(best, t.x());
   }
   for (const Disc& disc : scene.discs) {
-    const double b = d.dot(o - disc.centre), c = (o - disc.centre).squaredNorm() - disc.radius * disc.radius;
+    const double b = d.dot(o - disc.centre),
+                 c = (o - disc.centre).squaredNorm() - disc.radius * disc.radius;
     if (b * b < c || c < 0) continue;
     const double t = -b - std::sqrt(b * b - c);
     if (t >= 0) best = std::min(best, t);
