@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # A full disk: a one-line error, exit code 1, and no half-written file under a final name.
 . "$(dirname "$0")/lib.sh"
-needs_map
 simulate
 cd "$work" || exit 1
 refused "$majak" simulate corridor -o /dev/full

@@ -51,5 +51,3 @@ result_files="trajectory.tum graph.g2o map.png map.pgm map.yaml options.toml sum
 simulate() {
   [ -s "$work/short.log" ] || ok "$majak" simulate building --short --seed 3 -o "$work/short.log"
 }
-
-needs_map() { "$majak" --help | grep -q '^  map ' || skip "this build has no majak map"; }
