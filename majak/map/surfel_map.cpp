@@ -10,15 +10,20 @@ SurfelMap::SurfelMap(const SurfelMapOptions& options)
     : options_(options), inverse_cell_(static_cast<float>(1.0 / options.cell)) {}
 
 void SurfelMap::clear() {
-  tile_index_.clear();
-  cells_.clear();
+  std::fill(tile_index_.begin(), tile_index_.end(), -1);
+  nearest_.clear();
+  distance2_.clear();
   surfels_.clear();
-  tiles_wide_ = tiles_high_ = 0;
+  count_.clear();
 }
 
 std::size_t SurfelMap::bytes() const {
-  return tile_index_.capacity() * sizeof(std::int32_t) + cells_.capacity() * sizeof(Cell) +
-         surfels_.capacity() * sizeof(Surfel);
+  return tile_index_.capacity() * sizeof(std::int32_t) + nearest_.capacity() * (sizeof(std::uint32_t) + sizeof(float)) +
+         surfels_.capacity() * (sizeof(Surfel) + sizeof(float));
+}
+
+void SurfelMap::nearest(const float* x, const float* y, std::size_t n, std::uint32_t* surfel) const {
+  for (std::size_t i = 0; i < n; ++i) surfel[i] = nearest(x[i], y[i]);
 }
 
 void SurfelMap::add(float x, float y, float nx, float ny) {
@@ -30,7 +35,8 @@ void SurfelMap::add(float x, float y, float nx, float ny) {
     // Both sides of a thin wall are two surfaces.
     const bool same_side = s.nx * nx + s.ny * ny > 0.5F || (nx == 0 && ny == 0) || (s.nx == 0 && s.ny == 0);
     if (dx * dx + dy * dy < merge * merge && same_side) {
-      const float gain = 1.0F / (s.count + 1.0F);
+      float& count = count_[found];
+      const float gain = 1.0F / (count + 1.0F);
       s.x += gain * dx;
       s.y += gain * dy;
       if (nx != 0 || ny != 0) {
@@ -38,11 +44,12 @@ void SurfelMap::add(float x, float y, float nx, float ny) {
         const float norm = std::sqrt(mx * mx + my * my);
         if (norm > 1e-6F) s.nx = mx / norm, s.ny = my / norm;
       }
-      s.count = std::min(s.count + 1.0F, static_cast<float>(options_.max_count));
+      count = std::min(count + 1.0F, static_cast<float>(options_.max_count));
       return;
     }
   }
-  surfels_.push_back({x, y, nx, ny, 1.0F});
+  surfels_.push_back({x, y, nx, ny});
+  count_.push_back(1.0F);
   stamp(static_cast<std::uint32_t>(surfels_.size() - 1));
 }
 
@@ -54,30 +61,38 @@ void SurfelMap::stamp(std::uint32_t index) {
   const float reach2 = reach * reach;
   for (int ty = y0 >> kTileBits; ty <= y1 >> kTileBits; ++ty) {
     for (int tx = x0 >> kTileBits; tx <= x1 >> kTileBits; ++tx) {
-      Cell* tile = tile_cells(tx, ty);
+      const std::size_t tile = tile_begin(tx, ty);
       const int bx = tx * kTileSize, by = ty * kTileSize;
+      const int first = std::max(x0, bx), last = std::min(x1, bx + kTileSize - 1);
       for (int iy = std::max(y0, by); iy <= std::min(y1, by + kTileSize - 1); ++iy) {
         const float dy = (static_cast<float>(iy) + 0.5F) * cell - s.y;
-        for (int ix = std::max(x0, bx); ix <= std::min(x1, bx + kTileSize - 1); ++ix) {
-          const float dx = (static_cast<float>(ix) + 0.5F) * cell - s.x;
+        const float bound = reach2 - dy * dy;
+        const std::size_t row = tile + in_tile(first, iy);
+        float* distance2 = &distance2_[row];
+        std::uint32_t* nearest = &nearest_[row];
+        for (int k = 0; k <= last - first; ++k) {
+          const float dx = (static_cast<float>(first + k) + 0.5F) * cell - s.x;
           const float d2 = dx * dx + dy * dy;
-          Cell& c = tile[in_tile(ix, iy)];
-          if (d2 < c.distance2 && d2 <= reach2) c = {index, d2};
+          const bool nearer = d2 < distance2[k] && dx * dx <= bound;
+          distance2[k] = nearer ? d2 : distance2[k];
+          nearest[k] = nearer ? index : nearest[k];
         }
       }
     }
   }
 }
 
-SurfelMap::Cell* SurfelMap::tile_cells(int tile_x, int tile_y) {
+std::size_t SurfelMap::tile_begin(int tile_x, int tile_y) {
   if (static_cast<unsigned>(tile_x - tile_x0_) >= tiles_wide_ || static_cast<unsigned>(tile_y - tile_y0_) >= tiles_high_)
     grow(tile_x, tile_y);
   std::int32_t& tile = tile_index_[static_cast<std::size_t>(tile_y - tile_y0_) * tiles_wide_ + static_cast<std::size_t>(tile_x - tile_x0_)];
+  constexpr std::size_t kCells = std::size_t{1} << (2 * kTileBits);
   if (tile < 0) {
-    tile = static_cast<std::int32_t>(cells_.size() >> (2 * kTileBits));
-    cells_.resize(cells_.size() + (std::size_t{1} << (2 * kTileBits)));
+    tile = static_cast<std::int32_t>(nearest_.size() / kCells);
+    nearest_.resize(nearest_.size() + kCells, kNone);
+    distance2_.resize(distance2_.size() + kCells, 1e30F);
   }
-  return &cells_[static_cast<std::size_t>(tile) << (2 * kTileBits)];
+  return static_cast<std::size_t>(tile) * kCells;
 }
 
 // The index of tiles is a dense rectangle that grows by half on the side where it must.

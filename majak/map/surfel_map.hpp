@@ -13,7 +13,6 @@ namespace majak::map {
 struct Surfel {
   float x = 0, y = 0;    ///< m, mean of the merged points
   float nx = 0, ny = 0;  ///< unit normal towards the side it was seen from; (0, 0): not a surface
-  float count = 0;       ///< merged points
 };
 
 struct SurfelMapOptions {
@@ -37,35 +36,34 @@ class SurfelMap {
     if (tx >= tiles_wide_ || ty >= tiles_high_) return kNone;
     const std::int32_t tile = tile_index_[ty * tiles_wide_ + tx];
     if (tile < 0) return kNone;
-    return cells_[(static_cast<std::size_t>(tile) << (2 * kTileBits)) + in_tile(ix, iy)].surfel;
+    return nearest_[(static_cast<std::size_t>(tile) << (2 * kTileBits)) + in_tile(ix, iy)];
   }
+  /// The same for n points at once.
+  void nearest(const float* x, const float* y, std::size_t n, std::uint32_t* surfel) const;
+
   const Surfel& surfel(std::uint32_t index) const { return surfels_[index]; }
   const std::vector<Surfel>& surfels() const { return surfels_; }
 
   /// Merges a point with its normal (map frame) into the surfel it lies on, or makes a new one.
   void add(float x, float y, float nx, float ny);
 
+  /// Forgets everything, keeps the memory.
   void clear();
   std::size_t bytes() const;
 
  private:
-  static constexpr int kTileBits = 5;
+  static constexpr int kTileBits = 4;
   static constexpr int kTileSize = 1 << kTileBits;
-  struct Cell {
-    std::uint32_t surfel = kNone;
-    float distance2 = 1e30F;
-  };
+  static constexpr float kShift = 65536;  // makes coordinates positive, where truncation is floor
 
   int cell_of(float v) const {
-    const float scaled = v * inverse_cell_;
-    const int i = static_cast<int>(scaled);
-    return i - (scaled < static_cast<float>(i));
+    return static_cast<int>(v * inverse_cell_ + kShift) - static_cast<int>(kShift);
   }
   static std::size_t in_tile(int ix, int iy) {
     return static_cast<std::size_t>(((iy & (kTileSize - 1)) << kTileBits) | (ix & (kTileSize - 1)));
   }
   void stamp(std::uint32_t index);
-  Cell* tile_cells(int tile_x, int tile_y);
+  std::size_t tile_begin(int tile_x, int tile_y);
   void grow(int tile_x, int tile_y);
 
   SurfelMapOptions options_;
@@ -73,8 +71,10 @@ class SurfelMap {
   int tile_x0_ = 0, tile_y0_ = 0;
   unsigned tiles_wide_ = 0, tiles_high_ = 0;
   std::vector<std::int32_t> tile_index_;
-  std::vector<Cell> cells_;
+  std::vector<std::uint32_t> nearest_;  // surfel of each cell, tile by tile
+  std::vector<float> distance2_;        // m^2, from it to the cell's centre
   std::vector<Surfel> surfels_;
+  std::vector<float> count_;            // merged points of each surfel
 };
 
 }  // namespace majak::map

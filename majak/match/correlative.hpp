@@ -3,6 +3,7 @@
 // pyramid of likelihood grids (Olson 2009; Hess et al. 2016, algorithms 2 and 3).
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -14,36 +15,40 @@
 namespace majak::match {
 
 struct LikelihoodPyramidOptions {
-  double cell = 0.10;   ///< m
-  double sigma = 0.08;  ///< m, a return this far off a surface counts exp(-1/2)
-  int levels = 5;       ///< level l holds maxima over 2^l x 2^l cells
+  double cell = 0.10;          ///< m
+  double sigma = 0.08;         ///< m, a cell this far from a surface counts exp(-1/2)
+  double radius = 25.0;        ///< m, surfaces farther from the centre are left out
+  double max_translation = 8.0;  ///< m, widest search that will be asked for
 };
 
-/// Likelihood of a return at a place, 0 ... 255, and its maxima over ever larger squares.
+/// Likelihood of a return at a place, 0 ... 255, and its maxima over squares of 2, 4, 8, 16 cells.
 class LikelihoodPyramid {
  public:
-  LikelihoodPyramid(const map::SurfelMap& map, const LikelihoodPyramidOptions& options);
+  static constexpr int kLevels = 5;
 
-  double cell() const { return cell_; }
-  int levels() const { return static_cast<int>(levels_.size()); }
-  /// Cell that holds a coordinate, counted from the grid's corner.
-  int column(double x) const { return static_cast<int>(std::floor((x - x0_) / cell_)); }
-  int row(double y) const { return static_cast<int>(std::floor((y - y0_) / cell_)); }
-  /// Largest likelihood of the cells [column, column + 2^level) x [row, row + 2^level); 0 outside.
-  int at(int level, int column, int row) const {
-    const int shift = (1 << level) - 1;  // a square may begin left of or below the grid
-    const auto c = static_cast<unsigned>(column + shift), r = static_cast<unsigned>(row + shift);
-    const Level& l = levels_[static_cast<std::size_t>(level)];
-    return c < l.width && r < l.height ? l.values[static_cast<std::size_t>(r) * l.width + c] : 0;
+  LikelihoodPyramid(const map::SurfelMap& map, const Vec2& centre, const LikelihoodPyramidOptions& options);
+
+  double cell() const { return options_.cell; }
+  const LikelihoodPyramidOptions& options() const { return options_; }
+  int width() const { return width_; }
+  /// Cell that holds a coordinate, counted from the padded grid's corner.
+  int column(double x) const { return static_cast<int>(std::floor((x - x0_) / options_.cell)); }
+  int row(double y) const { return static_cast<int>(std::floor((y - y0_) / options_.cell)); }
+  /// Can a point of this cell meet a surface when it is moved by up to `reach` cells?
+  bool near(int column, int row, int reach) const {
+    return column + reach >= margin_ && column - reach < width_ - margin_ && row + reach >= margin_ && row - reach < height_ - margin_;
   }
+  /// Values of one level, row by row: the largest likelihood of [c, c + 2^level) x [r, r + 2^level).
+  const std::uint8_t* level(int l) const { return values_.data() + static_cast<std::size_t>(l) * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
 
  private:
-  struct Level {
-    unsigned width = 0, height = 0;
-    std::vector<std::uint8_t> values;
-  };
-  double cell_, x0_ = 0, y0_ = 0;
-  std::vector<Level> levels_;
+  void stamp_surfaces(const std::vector<map::Surfel>& surfels);
+  void build_level(int l);
+
+  LikelihoodPyramidOptions options_;
+  double x0_ = 0, y0_ = 0;
+  int width_ = 0, height_ = 0, margin_ = 0;  // the margin of empty cells takes moved points
+  std::vector<std::uint8_t> values_;
 };
 
 /// Half widths of the search about the given pose.
@@ -59,8 +64,8 @@ struct CorrelativeMatch {
 };
 
 /// The pose with the highest score in the window, if that is at least min_score. At most max_points
-/// of the points are used, spread evenly. Rotation is searched in steps in which the farthest of
-/// them moves by one cell.
+/// of the points within the pyramid's radius are used, spread evenly. Rotation is searched in steps
+/// in which nine points of ten move by less than a cell and a half.
 std::optional<CorrelativeMatch> search(const ScanPoints& points, const LikelihoodPyramid& pyramid, const Pose2& around,
                                        const SearchWindow& window, double min_score, int max_points = 120);
 

@@ -2,57 +2,110 @@
 #include "majak/match/point_to_line.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "majak/core/simd.hpp"
 
 namespace majak::match {
 namespace {
 
+constexpr int kLanes = 8;  // sums are kept in lanes, in the same order whatever the vector unit
+
 // Sums of one Gauss-Newton iteration, in the map's axes about the robot.
 struct NormalEquations {
-  float hxx = 0, hxy = 0, hyy = 0, hxt = 0, hyt = 0, htt = 0;
-  float bx = 0, by = 0, bt = 0;
-  float weight = 0, cost = 0;
+  Mat3 hessian = Mat3::Zero();
+  Vec3 gradient = Vec3::Zero();
+  double weight = 0, cost = 0;
   int inliers = 0;
-
-  void add(float jx, float jy, float jt, float r, float w) {
-    hxx += w * jx * jx, hxy += w * jx * jy, hyy += w * jy * jy;
-    hxt += w * jx * jt, hyt += w * jy * jt, htt += w * jt * jt;
-    bx += w * jx * r, by += w * jy * r, bt += w * jt * r;
-    cost += w * r * r, weight += w;
-  }
-  Mat3 hessian() const {
-    Mat3 h;
-    h << hxx, hxy, hxt, hxy, hyy, hyt, hxt, hyt, htt;
-    return h;
-  }
-  Vec3 gradient() const { return {bx, by, bt}; }
 };
 
-NormalEquations collect(const ScanPoints& points, const map::SurfelMap& map, const Pose2& pose, float gate,
-                        float cauchy) {
-  NormalEquations sum;
+// The points of a scan at one pose, and what they met; arrays that keep their memory.
+struct Pairs {
+  std::vector<float> rx, ry, mx, my;      // point about the robot and in the map, map axes
+  std::vector<float> nx, ny, dx, dy, on;  // surfel's normal, point - surfel; 1 if it counts
+  std::vector<std::uint32_t> surfel;
+
+  void resize(std::size_t n) {
+    n = (n + kLanes - 1) / kLanes * kLanes;
+    for (auto* v : {&rx, &ry, &mx, &my, &nx, &ny, &dx, &dy, &on}) v->assign(n, 0.0F);
+    surfel.assign(n, map::SurfelMap::kNone);
+  }
+};
+
+MAJAK_VECTORIZED void transform(const ScanPoints& points, const Pose2& pose, Pairs& pairs) {
   const auto c = static_cast<float>(std::cos(pose.theta)), s = static_cast<float>(std::sin(pose.theta));
   const auto px = static_cast<float>(pose.x), py = static_cast<float>(pose.y);
-  const float gate2 = gate * gate, inv_cauchy2 = 1.0F / (cauchy * cauchy);
   const std::size_t n = points.size();
+  const float *x = points.x.data(), *y = points.y.data();
+  float *rx = pairs.rx.data(), *ry = pairs.ry.data(), *mx = pairs.mx.data(), *my = pairs.my.data();
   for (std::size_t i = 0; i < n; ++i) {
-    const float rx = c * points.x[i] - s * points.y[i], ry = s * points.x[i] + c * points.y[i];
-    const float mx = rx + px, my = ry + py;
-    const std::uint32_t found = map.nearest(mx, my);
-    if (found == map::SurfelMap::kNone) continue;
-    const map::Surfel& f = map.surfel(found);
-    const float dx = mx - f.x, dy = my - f.y, d2 = dx * dx + dy * dy;
+    rx[i] = c * x[i] - s * y[i];
+    ry[i] = s * x[i] + c * y[i];
+    mx[i] = rx[i] + px;
+    my[i] = ry[i] + py;
+  }
+}
+
+// Points without a surface (poles, legs) are few: they are summed here and leave the arrays.
+void look_up(const map::SurfelMap& map, std::size_t n, float gate2, float inv_cauchy2, Pairs& p, NormalEquations& sum) {
+  map.nearest(p.mx.data(), p.my.data(), n, p.surfel.data());
+  for (std::size_t i = 0; i < n; ++i) {
+    p.on[i] = 0;
+    if (p.surfel[i] == map::SurfelMap::kNone) continue;
+    const map::Surfel f = map.surfel(p.surfel[i]);
+    p.nx[i] = f.nx, p.ny[i] = f.ny;
+    p.dx[i] = p.mx[i] - f.x, p.dy[i] = p.my[i] - f.y;
+    const float d2 = p.dx[i] * p.dx[i] + p.dy[i] * p.dy[i];
     if (d2 > gate2) continue;
     ++sum.inliers;
     if (f.nx != 0 || f.ny != 0) {
-      const float r = f.nx * dx + f.ny * dy;
-      sum.add(f.nx, f.ny, f.ny * rx - f.nx * ry, r, 1.0F / (1.0F + r * r * inv_cauchy2));
-    } else {  // not a surface: the point itself attracts, by half in each direction
-      const float w = 0.25F / (1.0F + d2 * inv_cauchy2);
-      sum.add(1, 0, -ry, dx, w);
-      sum.add(0, 1, rx, dy, w);
+      p.on[i] = 1;
+      continue;
+    }
+    const double w = 0.25F / (1.0F + d2 * inv_cauchy2);  // by half in each direction
+    const Vec3 jx(1, 0, -p.ry[i]), jy(0, 1, p.rx[i]);
+    sum.hessian += w * (jx * jx.transpose() + jy * jy.transpose());
+    sum.gradient += w * (p.dx[i] * jx + p.dy[i] * jy);
+    sum.weight += w, sum.cost += w * d2;
+  }
+}
+
+MAJAK_VECTORIZED void accumulate(const Pairs& p, std::size_t n, float inv_cauchy2, NormalEquations& sum) {
+  float h[11][kLanes] = {};
+  for (std::size_t i = 0; i < n; i += kLanes) {
+    for (int k = 0; k < kLanes; ++k) {
+      const float nx = p.nx[i + k], ny = p.ny[i + k];
+      const float r = nx * p.dx[i + k] + ny * p.dy[i + k];
+      const float jt = ny * p.rx[i + k] - nx * p.ry[i + k];
+      const float w = p.on[i + k] / (1.0F + r * r * inv_cauchy2);
+      const float wx = w * nx, wy = w * ny, wt = w * jt;
+      h[0][k] += wx * nx, h[1][k] += wx * ny, h[2][k] += wy * ny;
+      h[3][k] += wx * jt, h[4][k] += wy * jt, h[5][k] += wt * jt;
+      h[6][k] += wx * r, h[7][k] += wy * r, h[8][k] += wt * r;
+      h[9][k] += w, h[10][k] += w * r * r;
     }
   }
+  double t[11] = {};
+  for (int q = 0; q < 11; ++q)
+    for (const float lane : h[q]) t[q] += lane;
+  Mat3 hessian;
+  hessian << t[0], t[1], t[3], t[1], t[2], t[4], t[3], t[4], t[5];
+  sum.hessian += hessian;
+  sum.gradient += Vec3(t[6], t[7], t[8]);
+  sum.weight += t[9];
+  sum.cost += t[10];
+}
+
+NormalEquations collect(const ScanPoints& points, const map::SurfelMap& map, const Pose2& pose, float gate,
+                        float cauchy, Pairs& pairs) {
+  NormalEquations sum;
+  const float inv_cauchy2 = 1.0F / (cauchy * cauchy);
+  transform(points, pose, pairs);
+  look_up(map, points.size(), gate * gate, inv_cauchy2, pairs, sum);
+  accumulate(pairs, points.size(), inv_cauchy2, sum);
   return sum;
 }
 
@@ -64,14 +117,16 @@ Match align(const ScanPoints& points, const map::SurfelMap& map, const PosePrior
   const double inv_sigma2 = 1.0 / (options.sigma * options.sigma);
   double gate = options.gate;
   NormalEquations sum;
+  Pairs pairs;
+  pairs.resize(points.size());
   for (match.iterations = 0; match.iterations < options.max_iterations;) {
     ++match.iterations;
-    sum = collect(points, map, match.T_map_robot, static_cast<float>(gate), static_cast<float>(options.cauchy));
+    sum = collect(points, map, match.T_map_robot, static_cast<float>(gate), static_cast<float>(options.cauchy), pairs);
     if (sum.inliers < 3) break;
     const Pose2& at = match.T_map_robot;
     const Vec3 off(at.x - prior.T_map_robot.x, at.y - prior.T_map_robot.y, angle_diff(at.theta, prior.T_map_robot.theta));
-    const Mat3 h = inv_sigma2 * sum.hessian() + prior.information + 1e-6 * Mat3::Identity();
-    const Vec3 b = inv_sigma2 * sum.gradient() + prior.information * off;
+    const Mat3 h = inv_sigma2 * sum.hessian + prior.information + 1e-6 * Mat3::Identity();
+    const Vec3 b = inv_sigma2 * sum.gradient + prior.information * off;
     const Vec3 step = -h.llt().solve(b);
     if (!step.allFinite()) break;
     match.T_map_robot = {at.x + step.x(), at.y + step.y(), wrap_angle(at.theta + step.z())};
@@ -83,7 +138,7 @@ Match align(const ScanPoints& points, const map::SurfelMap& map, const PosePrior
     }
     if (settled || match.iterations >= 3) gate = options.final_gate;
   }
-  match.information = inv_sigma2 * sum.hessian();
+  match.information = inv_sigma2 * sum.hessian;
   match.inliers = sum.inliers;
   match.rms = sum.weight > 0 ? std::sqrt(sum.cost / sum.weight) : 0;
   match.score = points.size() > 0 ? static_cast<double>(sum.inliers) / static_cast<double>(points.size()) : 0;

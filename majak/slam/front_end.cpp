@@ -75,8 +75,8 @@ match::Match FrontEnd::track(const match::ScanPoints& points, const MotionPrior&
 
 match::Match FrontEnd::search_window(const match::ScanPoints& points, const match::Match& tracked,
                                      const MotionPrior& motion, double factor) {
-  const match::LikelihoodPyramid pyramid(active_, {});
   const match::SearchWindow window{factor * options_.search_translation, factor * options_.search_rotation};
+  const match::LikelihoodPyramid pyramid(active_, pose_.translation(), {.max_translation = window.translation});
   const auto found = match::search(points, pyramid, pose_ * motion.T_previous_robot, window, tracked.score * 0.5);
   if (!found) return tracked;
   match::PosePrior prior;

@@ -15,9 +15,9 @@ namespace {
 
 map::SurfelMapOptions target_options(double gate) {
   map::SurfelMapOptions o;
-  o.cell = 0.05;
+  o.cell = 0.10;  // pairs slide along the surface by less than this, which costs nothing
   o.reach = gate + 0.05;
-  o.merge_radius = 0.0;
+  o.merge_radius = 0.04;
   return o;
 }
 

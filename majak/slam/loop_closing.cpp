@@ -228,7 +228,8 @@ bool LoopCloser::try_close(const KeyScans& keys, std::size_t query, std::size_t 
   closure.searched = search || sigma > 0.35;
   if (closure.searched) {
     sigma = std::max(sigma, 0.35), turn = std::max(turn, 0.06);
-    if (!from->pyramid) from->pyramid = std::make_unique<match::LikelihoodPyramid>(from->map, match::LikelihoodPyramidOptions{});
+    if (!from->pyramid) from->pyramid = std::make_unique<match::LikelihoodPyramid>(
+          from->map, Vec2::Zero(), match::LikelihoodPyramidOptions{.max_translation = options_.max_window});
     const match::SearchWindow window{std::min(3 * sigma, options_.max_window), std::min(3 * turn, 0.8)};
     const auto found = match::search(to->points, *from->pyramid, guess, window, options_.search_score);
     if (!found) return false;
