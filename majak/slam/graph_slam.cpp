@@ -2,35 +2,16 @@
 #include "majak/slam/graph_slam.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <cmath>
 #include <utility>
 
 #include "majak/core/error.hpp"
-#include "majak/graph/marginals.hpp"
+#include "majak/slam/pose_covariance.hpp"
 
 namespace majak::slam {
 namespace {
 
 constexpr std::size_t kPatience = 10;  // scans that may queue behind one that waits for odometry
-
-Mat3 rotation3(double theta) {
-  const double c = std::cos(theta), s = std::sin(theta);
-  Mat3 r;
-  r << c, -s, 0, s, c, 0, 0, 0, 1;
-  return r;
-}
-
-// Information of the step to a key scan from its match: the matcher's own, which knows the weak
-// directions, widened by what returns of one wall have in common.
-Mat3 step_information(const FrontEndStep& step, bool weak) {
-  const Mat3 r = rotation3(step.T_map_robot.theta);
-  const Mat3 information = r.transpose() * (0.25 * step.match.information + step.prior_information) * r;
-  Mat3 covariance = (information + 1e-3 * Mat3::Identity()).inverse();
-  covariance.diagonal() += Vec3(4e-6, 4e-6, 1e-6);
-  if (weak) covariance.diagonal() += Vec3(0.04, 0.04, 0.04);
-  return covariance.inverse();
-}
 
 }  // namespace
 
@@ -97,26 +78,15 @@ Site GraphSlam::finish() {
   JointRefinementOptions refinement = options_.refinement;
   if (!options_.close_loops) refinement.near_in_space = 0;
   refined_ = refine_jointly(keys_, refinement, threads_);
-  place_scans(key_covariances());
+  place_scans(key_covariances(keys_, refined_));
   record_constraints();
   site_.odometry = odometry_.findings();
   site_.used_odometry = options_.use_odometry && odometry_.pose(0).has_value();
   return std::move(site_);
 }
 
-std::vector<Mat3> GraphSlam::key_covariances() const {
-  graph::PoseGraph graph;
-  for (const KeyScan& key : keys_) graph.poses.push_back(key.T_map_robot);
-  graph.edges = refined_.edges;
-  std::vector<Mat3> covariances(keys_.size(), Mat3::Zero());
-  if (keys_.size() < 2) return covariances;
-  const graph::Marginals marginals(graph);
-  for (std::size_t k = 0; k < keys_.size(); ++k) covariances[k] = marginals.covariance(static_cast<int>(k));
-  return covariances;
-}
-
 // Every scan, key or not, against the map that all key scans make together.
-void GraphSlam::place_scans(const std::vector<Mat3>& key_covariances) {
+void GraphSlam::place_scans(const std::vector<Mat3>& covariances) {
   map::SurfelMapOptions map_options = options_.front_end.map;
   map_options.max_count = 1000;
   map::SurfelMap map(map_options);
@@ -135,7 +105,7 @@ void GraphSlam::place_scans(const std::vector<Mat3>& key_covariances) {
     const match::Match match = match::align(points, map, prior, align);
     Estimate& estimate = posed.estimate;
     estimate.T_map_robot = match.T_map_robot;
-    estimate.covariance = key_covariances[key_of_[i]] + (match.information + prior.information).inverse();
+    estimate.covariance = scan_covariance(covariances[key_of_[i]], match, prior);
     posed.match_score = static_cast<float>(match.score);
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
     axes.computeDirect(match.information.topLeftCorner<2, 2>());

@@ -50,8 +50,7 @@ class GraphSlam {
 
  private:
   void process(std::size_t index);
-  void place_scans(const std::vector<Mat3>& key_covariances);
-  std::vector<Mat3> key_covariances() const;
+  void place_scans(const std::vector<Mat3>& covariances);
   void record_constraints();
 
   GraphSlamOptions options_;
