@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "majak/graph/initialize.hpp"
@@ -14,6 +15,7 @@ constexpr double kFirstDamping = 1e-4, kDampingFactor = 10, kMaxDamping = 1e8;
 constexpr double kCoarseTolerance = 1e-6;  // change of cost that ends relax()
 constexpr double kDoubted = 1e-9;          // weight of a robust edge that holds the start together
 constexpr double kLastMu = 1e3;
+constexpr int kStages = 20;  // in which relax() lets the robust edges in
 
 void add(std::span<const double> dx, std::span<const Pose2> from, std::vector<Pose2>& to) {
   to.resize(from.size());
@@ -97,17 +99,29 @@ void Optimizer::descend(const PoseGraph& graph, const Kernel& kernel, double tol
 
 /// Dynamic covariance scaling by bare Gauss-Newton steps. The cost may rise on the way: a descent
 /// would shrink its steps and stay in the first of the many hollows that false edges make.
-void Optimizer::relax(const PoseGraph& graph, Descent& d) {
+/// With `grow` the robust edges come in by the time of their later pose, a step at each stage: the
+/// drift that a true closure meets then is only what has gathered since the ones before it.
+void Optimizer::relax(const PoseGraph& graph, bool grow, Descent& d) {
   const Kernel kernel{Kernel::dcs, options_.robust_bound};
+  double change = std::numeric_limits<double>::infinity();
   d.cost = evaluate(graph, d.poses, kernel);
-  for (double change = d.cost; any_robust_ && change > kCoarseTolerance * d.cost;) {
+  for (int stage = grow ? 1 : kStages; change > kCoarseTolerance * d.cost; ++stage) {
+    if (stage < kStages) withhold(graph, static_cast<int>(graph.poses.size()) / kStages * stage);
     equations_.linearize(d.poses, weight_);
     if (++iterations_ > options_.max_iterations || !equations_.solve(0, dx_)) return;
     add(dx_, d.poses, trial_);
     std::swap(d.poses, trial_);
     const double cost = evaluate(graph, d.poses, kernel);
-    change = std::abs(d.cost - cost);
+    if (stage >= kStages) change = std::abs(d.cost - cost);
     d.cost = cost;
+  }
+}
+
+/// Takes the robust edges that reach past a pose out of this step.
+void Optimizer::withhold(const PoseGraph& graph, int last) {
+  for (std::size_t k = 0; k < weight_.size(); ++k) {
+    const Edge& e = graph.edges[k];
+    if (e.robust && std::max(e.from, e.to) > last) weight_[k] = 0;
   }
 }
 
@@ -117,7 +131,7 @@ void Optimizer::graduate(const PoseGraph& graph, Descent& d) {
   evaluate(graph, d.poses, kernel);
   double worst = 0;
   for (std::size_t k = 0; k < chi2_.size(); ++k)
-    if (any_robust_ && graph.edges[k].robust) worst = std::max(worst, chi2_[k]);
+    if (graph.edges[k].robust) worst = std::max(worst, chi2_[k]);
   if (worst <= kernel.bound) return;
   for (kernel.mu = kernel.bound / (2 * worst - kernel.bound); kernel.mu < kLastMu; kernel.mu *= 2) {
     d.cost = evaluate(graph, d.poses, kernel);
@@ -126,11 +140,13 @@ void Optimizer::graduate(const PoseGraph& graph, Descent& d) {
   }
 }
 
-Optimizer::Descent Optimizer::run(const PoseGraph& graph, std::vector<Pose2> poses) {
+Optimizer::Descent Optimizer::run(const PoseGraph& graph, std::vector<Pose2> poses,
+                                  bool initial) {
   Descent d{std::move(poses), 0, false};
   iterations_ = 0;
-  if (options_.robust == Robust::dcs || options_.robust == Robust::dcs_truncated) relax(graph, d);
-  if (options_.robust == Robust::gnc_truncated) graduate(graph, d);
+  if (any_robust_ && options_.robust == Robust::gnc_truncated) graduate(graph, d);
+  if (any_robust_ && (options_.robust == Robust::dcs || options_.robust == Robust::dcs_truncated))
+    relax(graph, initial && trusted_edges_connect(graph), d);
   descend(graph, final_kernel(), options_.relative_tolerance, d);
   return d;
 }
@@ -147,18 +163,20 @@ std::vector<Pose2> Optimizer::initial_poses(const PoseGraph& graph) {
 
 Optimizer::Descent Optimizer::run_best(const PoseGraph& graph, Summary& summary) {
   std::vector<Pose2> initial = initial_poses(graph);
-  const Kernel kernel = final_kernel();
-  const bool better = evaluate(graph, initial, kernel) < evaluate(graph, graph.poses, kernel);
-  std::vector<Pose2> other = better ? graph.poses : initial;
-  Descent first = run(graph, better ? std::move(initial) : graph.poses);
-  summary.initialized = better;
-  summary.iterations = iterations_;
+  const double initial_chi2 = equations_.weighted_chi2(initial);
+  const bool first_is_initial = any_robust_ || initial_chi2 < summary.initial_chi2;
+  const auto follow = [&](bool from_initial) {
+    Descent d = run(graph, from_initial ? initial : graph.poses, from_initial);
+    summary.iterations += iterations_;
+    return d;
+  };
+  Descent first = follow(first_is_initial);
+  summary.initialized = first_is_initial;
   // A right minimum has a cost near the degrees of freedom; one far above may be a wrong one.
   if (first.converged && first.cost <= 2.0 * equations_.degrees_of_freedom()) return first;
-  Descent second = run(graph, std::move(other));
-  summary.iterations += iterations_;
+  Descent second = follow(!first_is_initial);
   if (!(second.cost < first.cost)) return first;
-  summary.initialized = !better;
+  summary.initialized = !first_is_initial;
   return second;
 }
 
@@ -178,7 +196,7 @@ Summary Optimizer::optimize(PoseGraph& graph) {
     d = run_best(graph, summary);
   } else {
     summary.initialized = options_.start == Start::initialized;
-    d = run(graph, summary.initialized ? initial_poses(graph) : graph.poses);
+    d = run(graph, summary.initialized ? initial_poses(graph) : graph.poses, summary.initialized);
     summary.iterations = iterations_;
   }
   graph.poses = std::move(d.poses);

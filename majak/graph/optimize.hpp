@@ -57,10 +57,11 @@ class Optimizer {
     double cost = 0;
     bool converged = false;
   };
-  Descent run(const PoseGraph& graph, std::vector<Pose2> poses);
+  Descent run(const PoseGraph& graph, std::vector<Pose2> poses, bool initial);
   Descent run_best(const PoseGraph& graph, Summary& summary);
   void descend(const PoseGraph& graph, const Kernel& kernel, double tolerance, Descent& d);
-  void relax(const PoseGraph& graph, Descent& d);
+  void relax(const PoseGraph& graph, bool grow, Descent& d);
+  void withhold(const PoseGraph& graph, int last);
   void graduate(const PoseGraph& graph, Descent& d);
   bool step(const PoseGraph& graph, const Kernel& kernel, double tolerance, Descent& d);
   double evaluate(const PoseGraph& graph, std::span<const Pose2> poses, const Kernel& kernel);
