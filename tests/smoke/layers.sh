@@ -35,3 +35,8 @@ expect check_house majak/core/a.cpp 'does not print' "$licence" 'void f() { std:
 expect check_house majak/core/a.cpp 'does not exit' "$licence" 'void f() { std::exit(1); }'
 expect check_house majak/core/a.cpp 'no clock' "$licence" 'auto t = std::chrono::steady_clock::now();'
 expect check_house majak/core/a.cpp 'angle_diff' "$licence" 'double d = a.theta - b.theta;'
+mkdir docs tests
+printf '%s\nTEST(Pose, Turns) {}\n' "$licence" >tests/pose_test.cpp
+echo '`Pose.Turns`' >docs/COVERAGE.md
+"$root/tools/check_house" . >out || fail "a test that exists is refused: $(cat out)"
+expect check_house docs/COVERAGE.md 'Pose.Jumps' '`Pose.Jumps`'
