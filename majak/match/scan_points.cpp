@@ -7,24 +7,25 @@
 namespace majak::match {
 namespace {
 
-// Rotating a unit vector by angle_step from beam to beam would drift; sin and cos are exact enough
-// and cost less than a twentieth of the matching.
-void project(const Scan& scan, const ScanPointsOptions& options, ScanPoints& points,
+void project(const Scan& scan, const ScanPointsOptions& options, const BeamDirections& directions, ScanPoints& points,
              std::vector<int>& beams) {
   const std::size_t n = scan.ranges.size();
-  points.x.reserve(n);
-  points.y.reserve(n);
-  beams.reserve(n);
-  const double theta = scan.start_angle + scan.T_robot_laser.theta;
+  points.x.resize(n);
+  points.y.resize(n);
+  beams.resize(n);
   const auto low = static_cast<float>(options.min_range), high = static_cast<float>(options.max_range);
+  const auto lx = static_cast<float>(scan.T_robot_laser.x), ly = static_cast<float>(scan.T_robot_laser.y);
+  std::size_t kept = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const float range = scan.ranges[i];
-    if (!(range > low && range < high)) continue;  // also false for NaN
-    const double angle = theta + static_cast<double>(i) * scan.angle_step;
-    points.x.push_back(static_cast<float>(scan.T_robot_laser.x + range * std::cos(angle)));
-    points.y.push_back(static_cast<float>(scan.T_robot_laser.y + range * std::sin(angle)));
-    beams.push_back(static_cast<int>(i));
+    points.x[kept] = lx + range * directions.cos[i];
+    points.y[kept] = ly + range * directions.sin[i];
+    beams[kept] = static_cast<int>(i);
+    kept += range > low && range < high;  // also false for NaN
   }
+  points.x.resize(kept);
+  points.y.resize(kept);
+  beams.resize(kept);
 }
 
 struct LineFit {
@@ -54,10 +55,29 @@ void walk(const ScanPoints& points, const std::vector<int>& beams, int i, int di
 
 }  // namespace
 
+void BeamDirections::update(const Scan& scan) {
+  const double first = scan.start_angle + scan.T_robot_laser.theta;
+  if (start == first && step == scan.angle_step && cos.size() >= scan.ranges.size()) return;
+  start = first, step = scan.angle_step;
+  cos.resize(scan.ranges.size());
+  sin.resize(scan.ranges.size());
+  for (std::size_t i = 0; i < cos.size(); ++i) {
+    const double angle = start + static_cast<double>(i) * step;
+    cos[i] = static_cast<float>(std::cos(angle));
+    sin[i] = static_cast<float>(std::sin(angle));
+  }
+}
+
 ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool with_normals) {
+  BeamDirections directions;
+  return scan_points(scan, options, with_normals, directions);
+}
+
+ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool with_normals, BeamDirections& directions) {
   ScanPoints points;
   std::vector<int> beams;
-  project(scan, options, points, beams);
+  directions.update(scan);
+  project(scan, options, directions, points, beams);
   if (!with_normals) return points;
 
   const int n = static_cast<int>(points.size());

@@ -32,7 +32,17 @@ struct ScanPointsOptions {
   double max_flatness = 0.35;   ///< rms off the line over rms along it, above which it is no line
 };
 
+/// Where the beams of a scan point to in the robot's frame; kept from scan to scan, because sines
+/// would cost as much as the matching.
+struct BeamDirections {
+  double start = 0, step = 0;  ///< rad
+  std::vector<float> cos, sin;
+
+  void update(const Scan& scan);
+};
+
 /// Returns of `scan` as points. `with_normals` costs a line fit a point.
+ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool with_normals, BeamDirections& directions);
 ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool with_normals);
 
 /// Merges points with normals into `map`, seen from T_map_robot.

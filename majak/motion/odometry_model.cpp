@@ -10,7 +10,7 @@
 namespace majak::motion {
 namespace {
 
-constexpr std::size_t kHistory = 4000;      // scans looked back at when learning
+constexpr std::size_t kHistory = 2000;      // scans looked back at when learning
 constexpr double kGrossTurn = 0.10;         // rad, disagreement beyond which a scan is an outlier
 constexpr double kGrossStep = 0.15;         // m
 
@@ -32,7 +32,8 @@ std::optional<Pose2> OdometryModel::Stream::at(Time time) const {
   const auto after = static_cast<std::size_t>(std::lower_bound(latest.begin(), latest.end(), time) - latest.begin());
   if (latest[after] == time || after == 0) return samples[after].mended;
   const double part = static_cast<double>(time - latest[after - 1]) / static_cast<double>(latest[after] - latest[after - 1]);
-  return interpolate(samples[after - 1].mended, samples[after].mended, part);
+  const Pose2 &a = samples[after - 1].mended, &b = samples[after].mended;  // a few centimetres apart: straight
+  return Pose2{a.x + part * (b.x - a.x), a.y + part * (b.y - a.y), wrap_angle(a.theta + part * angle_diff(b.theta, a.theta))};
 }
 
 void OdometryModel::add(const Odometry& odometry) {

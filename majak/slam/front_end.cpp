@@ -22,7 +22,7 @@ FrontEnd::FrontEnd(const FrontEndOptions& options) : options_(options), active_(
 
 FrontEndStep FrontEnd::add(const Scan& scan, const std::optional<MotionPrior>& motion) {
   FrontEndStep step;
-  const auto points = match::scan_points(scan, options_.points, false);
+  const auto points = match::scan_points(scan, options_.points, false, directions_);
   const Pose2 previous = pose_;
   if (started_ && points.size() >= 10) {
     const MotionPrior prior = motion ? *motion : MotionPrior{constant_velocity(scan.time), 2 * surprise_translation_, 2 * surprise_rotation_};
@@ -44,10 +44,11 @@ FrontEndStep FrontEnd::add(const Scan& scan, const std::optional<MotionPrior>& m
   step.T_map_robot = pose_;
 
   const Pose2 since_key = between(last_key_, pose_);
-  step.key = !started_ || std::hypot(since_key.x, since_key.y) > options_.key_distance ||
-             std::abs(since_key.theta) > options_.key_turn;
-  if (step.key && points.size() >= 10) {
-    insert(scan, pose_);
+  step.key = points.size() >= 10 && (!started_ || std::hypot(since_key.x, since_key.y) > options_.key_distance ||
+             std::abs(since_key.theta) > options_.key_turn);
+  if (step.key) {
+    step.key_points = match::scan_points(scan, options_.points, true, directions_);
+    insert(step.key_points, pose_);
     last_key_ = pose_;
     started_ = true;
   }
@@ -86,8 +87,7 @@ match::Match FrontEnd::search_window(const match::ScanPoints& points, const matc
   return refined.score > tracked.score + 0.05 ? refined : tracked;
 }
 
-void FrontEnd::insert(const Scan& scan, const Pose2& pose) {
-  const auto points = match::scan_points(scan, options_.points, true);
+void FrontEnd::insert(const match::ScanPoints& points, const Pose2& pose) {
   match::add_to(active_, points, pose);
   if (++active_keys_ <= options_.local_map_keys) return;
   match::add_to(next_, points, pose);

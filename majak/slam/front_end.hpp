@@ -37,6 +37,7 @@ struct FrontEndStep {
   match::Match match;
   Mat3 prior_information = Mat3::Zero();  ///< of the predicted motion, axes of the map
   bool key = false;
+  match::ScanPoints key_points;  ///< of a key scan, with normals
   bool searched = false;  ///< the prediction was no use, the window was searched
 };
 
@@ -53,7 +54,7 @@ class FrontEnd {
   match::Match track(const match::ScanPoints& points, const MotionPrior& motion);
   match::Match search_window(const match::ScanPoints& points, const match::Match& tracked, const MotionPrior& motion,
                              double factor);
-  void insert(const Scan& scan, const Pose2& pose);
+  void insert(const match::ScanPoints& points, const Pose2& pose);
 
   FrontEndOptions options_;
   map::SurfelMap active_, next_;  // Scans are matched to `active_`; `next_` takes over when it is old.
@@ -64,6 +65,7 @@ class FrontEnd {
   Time last_time_ = 0;
   double surprise_translation_ = 0.05, surprise_rotation_ = 0.05;  // rms error of constant velocity
   bool started_ = false;
+  match::BeamDirections directions_;
 };
 
 }  // namespace majak::slam

@@ -2,6 +2,7 @@
 #include "majak/slam/graph_slam.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -45,7 +46,7 @@ void GraphSlam::process(std::size_t index) {
       motion = MotionPrior{predicted->T_previous_robot, predicted->sigma_translation, predicted->sigma_rotation};
     posed.T_odom_robot = odometry_.pose(index);
   }
-  const FrontEndStep step = front_end_.add(posed.scan, motion);
+  FrontEndStep step = front_end_.add(posed.scan, motion);
   const bool weak = index > 0 && step.match.score < options_.front_end.weak_score;
   posed.T_map_robot_front_end = step.T_map_robot;
   if (index > 0)
@@ -55,7 +56,7 @@ void GraphSlam::process(std::size_t index) {
     posed.key = true;
     KeyScan key;
     key.scan = index;
-    key.points = match::scan_points(posed.scan, options_.front_end.points, true);
+    key.points = std::move(step.key_points);
     key.T_robot_laser = posed.scan.T_robot_laser;
     key.T_front_robot = step.T_map_robot;
     key.T_map_robot = keys_.empty() ? step.T_map_robot
@@ -95,27 +96,33 @@ void GraphSlam::place_scans(const std::vector<Mat3>& covariances) {
   match::AlignOptions align = options_.front_end.align;
   align.gate = 0.15;
   align.final_gate = 0.08;
-  parallel_for(threads_, site_.scans.size(), [&](std::size_t i) {
-    PosedScan& posed = site_.scans[i];
-    const KeyScan& key = keys_[key_of_[i]];
-    match::PosePrior prior;
-    prior.T_map_robot = key.T_map_robot * between(key.T_front_robot, posed.T_map_robot_front_end);
-    prior.information.diagonal() << 2500, 2500, 10000;
-    const auto points = match::scan_points(posed.scan, options_.front_end.points, false);
-    const match::Match match = match::align(points, map, prior, align);
-    Estimate& estimate = posed.estimate;
-    estimate.T_map_robot = match.T_map_robot;
-    estimate.covariance = scan_covariance(covariances[key_of_[i]], match, prior);
-    posed.match_score = static_cast<float>(match.score);
-    Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
-    axes.computeDirect(match.information.topLeftCorner<2, 2>());
-    if (match.score < 0.4) {
-      estimate.health = Health::lost;
-    } else if (axes.eigenvalues()(0) < prior.information(0, 0)) {
-      estimate.health = Health::degraded;
-      estimate.weak_direction = axes.eigenvectors().col(0);
-    }
+  constexpr std::size_t kChunk = 64;
+  parallel_for(threads_, (site_.scans.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
+    match::BeamDirections directions;
+    const std::size_t end = std::min(site_.scans.size(), (chunk + 1) * kChunk);
+    for (std::size_t i = chunk * kChunk; i < end; ++i) place_scan(site_.scans[i], keys_[key_of_[i]], covariances[key_of_[i]], map, align, directions);
   });
+}
+
+void GraphSlam::place_scan(PosedScan& posed, const KeyScan& key, const Mat3& covariance, const map::SurfelMap& map,
+                           const match::AlignOptions& align, match::BeamDirections& directions) const {
+  match::PosePrior prior;
+  prior.T_map_robot = key.T_map_robot * between(key.T_front_robot, posed.T_map_robot_front_end);
+  prior.information.diagonal() << 2500, 2500, 10000;
+  const auto points = match::scan_points(posed.scan, options_.front_end.points, false, directions);
+  const match::Match match = match::align(points, map, prior, align);
+  Estimate& estimate = posed.estimate;
+  estimate.T_map_robot = match.T_map_robot;
+  estimate.covariance = scan_covariance(covariance, match, prior);
+  posed.match_score = static_cast<float>(match.score);
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+  axes.computeDirect(match.information.topLeftCorner<2, 2>());
+  if (match.score < 0.4) {
+    estimate.health = Health::lost;
+  } else if (axes.eigenvalues()(0) < prior.information(0, 0)) {
+    estimate.health = Health::degraded;
+    estimate.weak_direction = axes.eigenvectors().col(0);
+  }
 }
 
 void GraphSlam::record_constraints() {

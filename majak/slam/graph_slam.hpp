@@ -51,6 +51,8 @@ class GraphSlam {
  private:
   void process(std::size_t index);
   void place_scans(const std::vector<Mat3>& covariances);
+  void place_scan(PosedScan& posed, const KeyScan& key, const Mat3& covariance, const map::SurfelMap& map,
+                  const match::AlignOptions& align, match::BeamDirections& directions) const;
   void record_constraints();
 
   GraphSlamOptions options_;

@@ -109,9 +109,12 @@ JointRefinement refine_jointly(KeyScans& keys, const JointRefinementOptions& opt
     const double gate = round == 0 ? options.gate : 0.5 * options.gate;
     std::vector<std::vector<graph::Edge>> edges(keys.size());
     std::vector<PairSum> sums(keys.size());
-    parallel_for(threads, keys.size(), [&](std::size_t j) {
-      if (sources[j].empty()) return;
+    constexpr std::size_t kChunk = 32;
+    parallel_for(threads, (keys.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
       map::SurfelMap target(target_options(options.gate));
+      for (std::size_t j = chunk * kChunk; j < std::min(keys.size(), (chunk + 1) * kChunk); ++j) {
+      if (sources[j].empty()) continue;
+      target.clear();
       match::add_to(target, keys[j].points, {});
       for (const std::size_t i : sources[j]) {
         const Pose2 T = between(keys[j].T_map_robot, keys[i].T_map_robot);
@@ -121,6 +124,7 @@ JointRefinement refine_jointly(KeyScans& keys, const JointRefinementOptions& opt
         const Vec3 step = -(h + 1e-1 * Mat3::Identity()).llt().solve(inv_sigma2 * sum.b);
         edges[j].push_back({static_cast<int>(j), static_cast<int>(i), T * exp(step), h, false});
         sums[j].cost += sum.cost, sums[j].weight += sum.weight;
+      }
       }
     });
     graph::PoseGraph graph;
