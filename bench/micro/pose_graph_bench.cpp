@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pose graph against Ceres with analytic derivatives, on the same graph from the same start.
 //
-//   cmake -S . -B build-bench -G Ninja -DMAJAK_BENCHMARKS=ON && ninja -C build-bench bench_pose_graph
-//   MAJAK_DATA=... build-bench/bench_pose_graph
+//   cmake -S . -B build-bench -G Ninja -DMAJAK_BENCHMARKS=ON && ninja -C build-bench
+//   bench_pose_graph MAJAK_DATA=... build-bench/bench_pose_graph
 //
 // Counters: chi2 reached, linear solves. Both stop at a relative change of 1e-7.
 #include <benchmark/benchmark.h>
@@ -65,7 +65,8 @@ void ours(benchmark::State& state, const std::string& name, graph::Start start) 
 #ifdef MAJAK_HAVE_CERES
 /// Ceres at the best of what was tried: both sparse libraries, LM and dogleg, one and two threads.
 /// A trust region that starts wide lets it take Gauss-Newton steps from the first on.
-void theirs(benchmark::State& state, const std::string& name, ceres::SparseLinearAlgebraLibraryType library,
+void theirs(benchmark::State& state, const std::string& name,
+            ceres::SparseLinearAlgebraLibraryType library,
             ceres::TrustRegionStrategyType strategy) {
   const PoseGraph* g = graph_or_skip(state, name);
   ceres::Solver::Summary summary;
@@ -138,16 +139,25 @@ const auto kMs = benchmark::kMillisecond;
 BENCHMARK_CAPTURE(ours, city10000_default, "city10000", graph::Start::best)->Unit(kMs);
 BENCHMARK_CAPTURE(ours, city10000_from_file, "city10000", graph::Start::given)->Unit(kMs);
 #ifdef MAJAK_HAVE_CERES
-BENCHMARK_CAPTURE(theirs, city10000_suitesparse_lm, "city10000", ceres::SUITE_SPARSE, ceres::LEVENBERG_MARQUARDT)->Unit(kMs);
-BENCHMARK_CAPTURE(theirs, city10000_suitesparse_dogleg, "city10000", ceres::SUITE_SPARSE, ceres::DOGLEG)->Unit(kMs);
-BENCHMARK_CAPTURE(theirs, city10000_eigen_lm, "city10000", ceres::EIGEN_SPARSE, ceres::LEVENBERG_MARQUARDT)->Unit(kMs);
-BENCHMARK_CAPTURE(theirs, city10000_eigen_dogleg, "city10000", ceres::EIGEN_SPARSE, ceres::DOGLEG)->Unit(kMs);
+BENCHMARK_CAPTURE(theirs, city10000_suitesparse_lm, "city10000", ceres::SUITE_SPARSE,
+                  ceres::LEVENBERG_MARQUARDT)
+    ->Unit(kMs);
+BENCHMARK_CAPTURE(theirs, city10000_suitesparse_dogleg, "city10000", ceres::SUITE_SPARSE,
+                  ceres::DOGLEG)
+    ->Unit(kMs);
+BENCHMARK_CAPTURE(theirs, city10000_eigen_lm, "city10000", ceres::EIGEN_SPARSE,
+                  ceres::LEVENBERG_MARQUARDT)
+    ->Unit(kMs);
+BENCHMARK_CAPTURE(theirs, city10000_eigen_dogleg, "city10000", ceres::EIGEN_SPARSE, ceres::DOGLEG)
+    ->Unit(kMs);
 #endif
 BENCHMARK_CAPTURE(ours, intel_default, "intel", graph::Start::best)->Unit(kMs);
 BENCHMARK_CAPTURE(ours, MIT_default, "MIT", graph::Start::best)->Unit(kMs);
 BENCHMARK_CAPTURE(ours, manhattan_default, "manhattan", graph::Start::best)->Unit(kMs);
 #ifdef MAJAK_HAVE_CERES
-BENCHMARK_CAPTURE(theirs, intel_suitesparse_lm, "intel", ceres::SUITE_SPARSE, ceres::LEVENBERG_MARQUARDT)->Unit(kMs);
+BENCHMARK_CAPTURE(theirs, intel_suitesparse_lm, "intel", ceres::SUITE_SPARSE,
+                  ceres::LEVENBERG_MARQUARDT)
+    ->Unit(kMs);
 #endif
 BENCHMARK_CAPTURE(incremental, intel_every_5th_closure, "intel", 5)->Unit(kMs);
 BENCHMARK_CAPTURE(marginals, intel, "intel")->Unit(kMs);

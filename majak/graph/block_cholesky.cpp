@@ -98,7 +98,8 @@ void BlockCholesky::solve(std::span<double> x) const {
     double* to = below.data();
     for (const int row : rows(*s).subspan(s->width))
       for (int r = 0; r < 3; ++r) *to++ = y[3 * row + r];
-    solve_upper(factor_.data() + s->panel, s->stride(), 3 * s->width, y + 3 * s->first, below.data());
+    solve_upper(factor_.data() + s->panel, s->stride(), 3 * s->width, y + 3 * s->first,
+                below.data());
   }
   for (int k = 0; k < n_; ++k) std::copy_n(y + 3 * k, 3, &x[3 * order_[k]]);
 }
@@ -124,15 +125,15 @@ std::vector<Mat3> BlockCholesky::inverse_diagonal() const {
       const int* where = to_parent_.data() + s.row_begin + s.width;
       for (int c = 0; c < below; c += 3)
         for (int r = 0; r < below; r += 3)
-          z.block<3, 3>(width + r, width + c) = known.block<3, 3>(3 * where[r / 3], 3 * where[c / 3]);
+          z.block<3, 3>(width + r, width + c) =
+              known.block<3, 3>(3 * where[r / 3], 3 * where[c / 3]);
       const Eigen::MatrixXd y = panel.bottomRows(below).lazyProduct(top_inverse);
       const Eigen::MatrixXd sy = z.bottomRightCorner(below, below).lazyProduct(y);
       z.bottomLeftCorner(below, width) = -sy;
       z.topRightCorner(width, below) = -sy.transpose();
       z.topLeftCorner(width, width) += y.transpose().lazyProduct(sy);
     }
-    for (int k = 0; k < s.width; ++k)
-      result[order_[s.first + k]] = z.block<3, 3>(3 * k, 3 * k);
+    for (int k = 0; k < s.width; ++k) result[order_[s.first + k]] = z.block<3, 3>(3 * k, 3 * k);
     // Children stand before their parent, so the parent's inverse goes with its first child.
     if (s.parent >= 0 && children_[supernodes_[s.parent].child_begin] == static_cast<int>(index))
       inverse[s.parent] = Eigen::MatrixXd();

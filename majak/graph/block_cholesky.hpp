@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // BlockCholesky: L L' of a sparse symmetric positive definite matrix of 3 x 3 blocks. Multifrontal
-// over supernodes (Duff and Reid 1983; Liu 1992), ordered by approximate minimum degree on the graph
-// of the blocks. The structure is analysed once; values are written straight into their slots.
+// over supernodes (Duff and Reid 1983; Liu 1992), ordered by approximate minimum degree on the
+// graph of the blocks. The structure is analysed once; values are written straight into their
+// slots.
 //
 //   BlockCholesky a;
 //   const auto slots = a.analyze(n, pairs);       // one slot for each pair (i, j), i != j
@@ -23,16 +24,17 @@ class BlockCholesky {
  public:
   using Pair = std::pair<int, int>;
 
-  /// Where the block of pair (i, j) lives. Not transposed: it is stored as A(i, j), else as A(j, i).
-  /// Equal pairs, either way round, share their block.
+  /// Where the block of pair (i, j) lives. Not transposed: it is stored as A(i, j), else as A(j,
+  /// i). Equal pairs, either way round, share their block.
   struct Slot {
     int block = 0;
     bool transposed = false;
   };
 
-  /// Structure of n x n blocks with the diagonal and the given pairs. A pair that names block n (one
-  /// past the last) gets a slot that is written to but never read: a place for fixed variables.
-  /// Called again with a little more of the same structure, it keeps the order and is quicker.
+  /// Structure of n x n blocks with the diagonal and the given pairs. A pair that names block n
+  /// (one past the last) gets a slot that is written to but never read: a place for fixed
+  /// variables. Called again with a little more of the same structure, it keeps the order and is
+  /// quicker.
   std::vector<Slot> analyze(int n, std::span<const Pair> pairs);
 
   int size() const { return n_; }
@@ -43,8 +45,8 @@ class BlockCholesky {
   /// 9 numbers, column-major.
   double* block(Slot slot) { return diagonal(slot.block); }
 
-  /// Factors A + damping * diag(A), where diagonal numbers below a millionth of the largest count as
-  /// that. False where it is not positive definite; solve() is then void.
+  /// Factors A + damping * diag(A), where diagonal numbers below a millionth of the largest count
+  /// as that. False where it is not positive definite; solve() is then void.
   bool factor(double damping = 0);
   /// x = A^-1 x, 3 * size() numbers.
   void solve(std::span<double> x) const;
@@ -52,18 +54,18 @@ class BlockCholesky {
   /// entries of the inverse inside the structure of L are made, no solves.
   std::vector<Mat3> inverse_diagonal() const;
 
-  std::size_t factor_blocks() const;      ///< 3 x 3 blocks stored in L
-  double factor_operations() const;       ///< multiply-adds of one factorisation
+  std::size_t factor_blocks() const;  ///< 3 x 3 blocks stored in L
+  double factor_operations() const;   ///< multiply-adds of one factorisation
 
  private:
   /// Columns of L with (nearly) the same structure, kept as one dense panel.
   struct Supernode {
-    int first = 0, width = 0;      ///< block columns, in elimination order
-    int row_begin = 0, rows = 0;   ///< block rows in rows_, its own columns first
+    int first = 0, width = 0;     ///< block columns, in elimination order
+    int row_begin = 0, rows = 0;  ///< block rows in rows_, its own columns first
     int parent = -1, level = 0;
     int entry_begin = 0, entry_end = 0;  ///< entries of A, in entries_
     int child_begin = 0, child_end = 0;  ///< in children_
-    std::size_t panel = 0;         ///< offset into factor_
+    std::size_t panel = 0;               ///< offset into factor_
     int below() const { return 3 * (rows - width); }
     int update_stride() const { return (below() + 3) & ~3; }
     int stride() const { return 3 * width + update_stride(); }
@@ -74,13 +76,16 @@ class BlockCholesky {
   };
   struct Adjacency;
   struct Tree;
+  struct Draft;
 
   std::vector<Slot> number_blocks(std::span<const Pair> pairs);
   static Adjacency adjacency(int n, std::span<const Pair> pairs);
   bool extend_order(const Adjacency& a, Tree& tree);
   void find_order();
   Tree eliminate(const Adjacency& a);
+  std::vector<Draft> draft_supernodes(const Tree& tree) const;
   void build_supernodes(const Tree& tree);
+  void link_children();
   void place_entries();
   void assemble(const Supernode& s, double damping, double* panel) const;
   void add_child(const Supernode& child, const Supernode& s, const double* update, double* panel,
@@ -90,17 +95,17 @@ class BlockCholesky {
   }
 
   int n_ = 0;
-  std::vector<Pair> blocks_;          ///< distinct pairs (smaller, larger), natural order
-  std::vector<int> order_, place_;    ///< order_[k]: k-th eliminated; place_ is its inverse
-  int fresh_size_ = 0;                ///< variables and work when the order was last found afresh
+  std::vector<Pair> blocks_;        ///< distinct pairs (smaller, larger), natural order
+  std::vector<int> order_, place_;  ///< order_[k]: k-th eliminated; place_ is its inverse
+  int fresh_size_ = 0;              ///< variables and work when the order was last found afresh
   double fresh_operations_ = 0;
-  std::vector<Supernode> supernodes_; ///< in postorder
-  std::vector<int> rows_, to_parent_; ///< to_parent_: position of that row in the parent's rows
+  std::vector<Supernode> supernodes_;  ///< in postorder
+  std::vector<int> rows_, to_parent_;  ///< to_parent_: position of that row in the parent's rows
   std::vector<int> children_;
   std::vector<Entry> entries_;
   std::vector<double> values_, factor_;
-  std::vector<double> stack_[2];      ///< update matrices of even and odd levels
-  double smallest_ = 0;               ///< damping acts as if the diagonal were at least this
+  std::vector<double> stack_[2];  ///< update matrices of even and odd levels
+  double smallest_ = 0;           ///< damping acts as if the diagonal were at least this
   mutable std::vector<double> work_, below_;
 };
 

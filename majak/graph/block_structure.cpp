@@ -49,8 +49,8 @@ std::vector<int> elimination_tree(const Adjacency& a, const std::vector<int>& or
   return parent;
 }
 
-/// Children before parents, subtrees together. The child eliminated last, whose column is the longest
-/// as a rule, comes last, so that it can join its parent's supernode.
+/// Children before parents, subtrees together. The child eliminated last, whose column is the
+/// longest as a rule, comes last, so that it can join its parent's supernode.
 std::vector<int> postorder(const std::vector<int>& parent) {
   const int n = static_cast<int>(parent.size());
   std::vector<int> first_child(n, -1), sibling(n, -1), stack, post;
@@ -86,7 +86,8 @@ struct BlockCholesky::Tree {
   int count(int k) const { return begin[k + 1] - begin[k]; }
   double operations() const {
     double sum = 0;
-    for (std::size_t k = 0; k + 1 < begin.size(); ++k) sum += (count(static_cast<int>(k)) + 1.0) * (count(static_cast<int>(k)) + 1.0);
+    for (std::size_t k = 0; k + 1 < begin.size(); ++k)
+      sum += (count(static_cast<int>(k)) + 1.0) * (count(static_cast<int>(k)) + 1.0);
     return sum;
   }
 };
@@ -168,8 +169,8 @@ void BlockCholesky::find_order() {
   order_.assign(permutation.indices().data(), permutation.indices().data() + n);
 }
 
-/// Puts the order into postorder, which changes nothing but makes subtrees contiguous, and finds the
-/// columns of L.
+/// Puts the order into postorder, which changes nothing but makes subtrees contiguous, and finds
+/// the columns of L.
 BlockCholesky::Tree BlockCholesky::eliminate(const Adjacency& a) {
   place_.resize(n_);
   for (int k = 0; k < n_; ++k) place_[order_[k]] = k;
@@ -208,51 +209,54 @@ BlockCholesky::Tree BlockCholesky::eliminate(const Adjacency& a) {
   return tree;
 }
 
-namespace {
-
 /// Block columns [first, first + width) with `rows` block rows, while supernodes are being joined.
-struct Draft {
+struct BlockCholesky::Draft {
   int first, width, rows;
   double zeros;  ///< blocks stored that are structurally zero
 };
 
-/// Joining a child to its parent costs zeros and saves the overhead of a front.
-bool worth_joining(const Draft& child, const Draft& parent, double zeros) {
-  const int width = child.width + parent.width;
-  const double total = width * (width + 1) / 2.0 + width * (parent.rows - parent.width + 0.0);
-  return width <= 4 ? zeros < 0.5 * total : width <= 16 ? zeros < 0.2 * total : zeros < 0.05 * total;
+namespace {
+
+/// Joining a child to its parent costs zeros and saves the overhead of a front. A narrow
+/// front is mostly overhead, so it may be half zeros.
+bool worth_joining(int width, int below, double zeros) {
+  const double total = width * (width + 1) / 2.0 + width * static_cast<double>(below);
+  const double share = width <= 4 ? 0.5 : width <= 16 ? 0.2 : 0.05;
+  return zeros < share * total;
 }
 
 }  // namespace
 
-void BlockCholesky::build_supernodes(const Tree& tree) {
-  std::vector<Draft> drafts;
+/// Columns of equal structure first, then each with the child that stands right before it.
+std::vector<BlockCholesky::Draft> BlockCholesky::draft_supernodes(const Tree& tree) const {
+  std::vector<Draft> equal, joined;
   for (int k = 0; k < n_; ++k) {
     const bool follows = k > 0 && tree.parent[k - 1] == k && tree.count(k - 1) == tree.count(k) + 1;
     if (follows)
-      ++drafts.back().width;
+      ++equal.back().width;
     else
-      drafts.push_back({k, 1, tree.count(k) + 1, 0});
+      equal.push_back({k, 1, tree.count(k) + 1, 0});
   }
-  std::vector<Draft> joined;
-  for (Draft d : drafts) {
+  for (Draft d : equal) {
     while (!joined.empty()) {
       const Draft& c = joined.back();
-      const int last = c.first + c.width - 1;
-      if (last + 1 != d.first || tree.parent[last] != d.first) break;
+      if (tree.parent[d.first - 1] != d.first) break;
       const double zeros = c.zeros + d.zeros + c.width * (d.rows + 0.0 - (c.rows - c.width));
-      if (!worth_joining(c, d, zeros)) break;
+      if (!worth_joining(c.width + d.width, d.rows - d.width, zeros)) break;
       d = {c.first, c.width + d.width, c.width + d.rows, zeros};
       joined.pop_back();
     }
     joined.push_back(d);
   }
+  return joined;
+}
 
+void BlockCholesky::build_supernodes(const Tree& tree) {
   supernodes_.clear();
   rows_.clear();
   std::vector<int> owner(n_);
   std::size_t panel = 0;
-  for (const Draft& d : joined) {
+  for (const Draft& d : draft_supernodes(tree)) {
     Supernode s;
     s.first = d.first;
     s.width = d.width;
@@ -262,7 +266,8 @@ void BlockCholesky::build_supernodes(const Tree& tree) {
       rows_.push_back(k);
       owner[k] = static_cast<int>(supernodes_.size());
     }
-    rows_.insert(rows_.end(), tree.list.begin() + tree.begin[last], tree.list.begin() + tree.begin[last + 1]);
+    const auto list = tree.list.begin();
+    rows_.insert(rows_.end(), list + tree.begin[last], list + tree.begin[last + 1]);
     std::sort(rows_.begin() + s.row_begin + d.width, rows_.end());
     s.rows = static_cast<int>(rows_.size()) - s.row_begin;
     s.panel = panel;
@@ -270,21 +275,27 @@ void BlockCholesky::build_supernodes(const Tree& tree) {
     supernodes_.push_back(s);
   }
   factor_.assign(panel, 0.0);
+  for (Supernode& s : supernodes_) {
+    const int parent = tree.parent[s.first + s.width - 1];
+    if (parent >= 0) s.parent = owner[parent];
+  }
+  link_children();
+}
 
+/// Levels, lists of children, and where each row of a child lies in its parent.
+void BlockCholesky::link_children() {
   const int count = static_cast<int>(supernodes_.size());
-  children_.clear();
   std::vector<int> first_child(count, -1), sibling(count, -1);
   for (int i = count - 1; i >= 0; --i) {
     Supernode& s = supernodes_[i];
-    const int last = s.first + s.width - 1;
-    if (tree.parent[last] < 0) continue;
-    s.parent = owner[tree.parent[last]];
+    if (s.parent < 0) continue;
     s.level = supernodes_[s.parent].level + 1;
     sibling[i] = first_child[s.parent];
     first_child[s.parent] = i;
   }
-  std::vector<int> position(n_, -1);
+  children_.clear();
   to_parent_.assign(rows_.size(), -1);
+  std::vector<int> position(n_, -1);
   for (int i = 0; i < count; ++i) {
     Supernode& s = supernodes_[i];
     const auto own = rows(s);

@@ -138,7 +138,8 @@ void solve_upper(const double* panel, int stride, int width, double* top, const 
     double y0 = top[k] - (s0[0] + s0[1] + s0[2] + s0[3]);
     double y1 = top[k + 1] - (s1[0] + s1[1] + s1[2] + s1[3]);
     double y2 = top[k + 2] - (s2[0] + s2[1] + s2[2] + s2[3]);
-    for (int i = k + 3; i < width; ++i) y0 -= c0[i] * top[i], y1 -= c1[i] * top[i], y2 -= c2[i] * top[i];
+    for (int i = k + 3; i < width; ++i)
+      y0 -= c0[i] * top[i], y1 -= c1[i] * top[i], y2 -= c2[i] * top[i];
     top[k + 2] = y2 /= c2[k + 2];
     top[k + 1] = y1 = (y1 - c1[k + 2] * y2) / c1[k + 1];
     top[k] = (y0 - c0[k + 1] * y1 - c0[k + 2] * y2) / c0[k];

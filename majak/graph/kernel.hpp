@@ -26,9 +26,12 @@ struct Kernel {
 
   double cost(double s) const {
     switch (kind) {
-      case quadratic: return s;
-      case cauchy: return bound * std::log1p(s / bound);
-      case dcs: return s <= bound ? s : bound * (3 * s - bound) / (s + bound);
+      case quadratic:
+        return s;
+      case cauchy:
+        return bound * std::log1p(s / bound);
+      case dcs:
+        return s <= bound ? s : bound * (3 * s - bound) / (s + bound);
       case truncated:
         if (s <= low()) return s;
         if (s >= high()) return bound;
@@ -40,9 +43,12 @@ struct Kernel {
   double weight(double s) const {
     const double ratio = 2 * bound / (bound + s);
     switch (kind) {
-      case quadratic: return 1;
-      case cauchy: return bound / (bound + s);
-      case dcs: return s <= bound ? 1 : ratio * ratio;
+      case quadratic:
+        return 1;
+      case cauchy:
+        return bound / (bound + s);
+      case dcs:
+        return s <= bound ? 1 : ratio * ratio;
       case truncated:
         if (s <= low()) return 1;
         if (s >= high()) return 0;

@@ -12,8 +12,8 @@ namespace majak::graph {
 
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 
-/// Covariances of (x, y, theta) in the map's axes, given that the anchors stand still (their own are
-/// zero). All 3 x 3 diagonal blocks are made at once from the factor, without solves.
+/// Covariances of (x, y, theta) in the map's axes, given that the anchors stand still (their own
+/// are zero). All 3 x 3 diagonal blocks are made at once from the factor, without solves.
 class Marginals {
  public:
   /// At the poses as they are; `edge_weight` as Summary::edge_weight, or empty. Throws Error where

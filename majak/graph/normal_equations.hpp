@@ -55,8 +55,8 @@ class NormalEquations {
   /// An edge as the inner loop wants it.
   struct Term {
     int from, to;
-    double x, y;               ///< measured translation turned back by the measured angle
-    double c, s, angle;        ///< measured angle
+    double x, y;                    ///< measured translation turned back by the measured angle
+    double c, s, angle;             ///< measured angle
     double xx, xy, yy, xt, yt, tt;  ///< information
     BlockCholesky::Slot slot;
   };
@@ -75,8 +75,8 @@ class NormalEquations {
   int fixed_ = -1;
   std::vector<int> variable_, anchors_;
   std::vector<Term> terms_;
-  std::vector<Turn> turns_;   ///< cosine and sine of each pose's heading
-  std::vector<double> b_;     ///< three numbers a variable, then three that are not read
+  std::vector<Turn> turns_;  ///< cosine and sine of each pose's heading
+  std::vector<double> b_;    ///< three numbers a variable, then three that are not read
   std::vector<double> solution_;
   BlockCholesky matrix_;
 };

@@ -35,11 +35,15 @@ bool nothing(std::span<const double> dx) {
 Kernel Optimizer::final_kernel() const {
   const double bound = options_.robust_bound;
   switch (any_robust_ ? options_.robust : Robust::none) {
-    case Robust::none: return {Kernel::quadratic, bound};
-    case Robust::cauchy: return {Kernel::cauchy, bound};
-    case Robust::dcs: return {Kernel::dcs, bound};
+    case Robust::none:
+      return {Kernel::quadratic, bound};
+    case Robust::cauchy:
+      return {Kernel::cauchy, bound};
+    case Robust::dcs:
+      return {Kernel::dcs, bound};
     case Robust::dcs_truncated:
-    case Robust::gnc_truncated: return {Kernel::truncated, bound};
+    case Robust::gnc_truncated:
+      return {Kernel::truncated, bound};
   }
   return {};
 }
@@ -60,8 +64,8 @@ double Optimizer::evaluate(const PoseGraph& graph, std::span<const Pose2> poses,
 /// One accepted step: undamped first, then with more and more damping. False where the minimum is
 /// reached as far as the tolerance asks, or no step helps (d.converged tells which).
 bool Optimizer::step(const PoseGraph& graph, const Kernel& kernel, double tolerance, Descent& d) {
-  equations_.linearize(d.poses, any_robust_ ? std::span<const double>(weight_)
-                                            : std::span<const double>());
+  equations_.linearize(d.poses,
+                       any_robust_ ? std::span<const double>(weight_) : std::span<const double>());
   while (iterations_ < options_.max_iterations && damping_ <= kMaxDamping) {
     ++iterations_;
     if (equations_.solve(damping_, dx_)) {
@@ -72,7 +76,8 @@ bool Optimizer::step(const PoseGraph& graph, const Kernel& kernel, double tolera
       if (cost <= d.cost) {
         // Close to the minimum the linear model's error bounds what another step could still gain.
         const double surprise = std::abs(d.cost - cost - promised);
-        const bool exact = !any_robust_ && promised <= 1e-2 * d.cost && surprise <= tolerance * d.cost;
+        const bool exact =
+            !any_robust_ && promised <= 1e-2 * d.cost && surprise <= tolerance * d.cost;
         std::swap(d.poses, trial_);
         d.cost = cost;
         damping_ = damping_ > kFirstDamping ? damping_ / kDampingFactor : 0;
@@ -89,7 +94,8 @@ bool Optimizer::step(const PoseGraph& graph, const Kernel& kernel, double tolera
   return false;
 }
 
-void Optimizer::descend(const PoseGraph& graph, const Kernel& kernel, double tolerance, Descent& d) {
+void Optimizer::descend(const PoseGraph& graph, const Kernel& kernel, double tolerance,
+                        Descent& d) {
   d.cost = evaluate(graph, d.poses, kernel);
   d.converged = false;
   damping_ = 0;
@@ -140,8 +146,7 @@ void Optimizer::graduate(const PoseGraph& graph, Descent& d) {
   }
 }
 
-Optimizer::Descent Optimizer::run(const PoseGraph& graph, std::vector<Pose2> poses,
-                                  bool initial) {
+Optimizer::Descent Optimizer::run(const PoseGraph& graph, std::vector<Pose2> poses, bool initial) {
   Descent d{std::move(poses), 0, false};
   iterations_ = 0;
   if (any_robust_ && options_.robust == Robust::gnc_truncated) graduate(graph, d);
@@ -186,8 +191,9 @@ Summary Optimizer::optimize(PoseGraph& graph) {
   const std::size_t edges = graph.edges.size();
   chi2_.assign(edges, 0.0);
   weight_.assign(edges, 1.0);
-  any_robust_ = options_.robust != Robust::none &&
-                std::any_of(graph.edges.begin(), graph.edges.end(), [](auto& e) { return e.robust; });
+  any_robust_ =
+      options_.robust != Robust::none &&
+      std::any_of(graph.edges.begin(), graph.edges.end(), [](auto& e) { return e.robust; });
 
   Summary summary;
   summary.initial_chi2 = equations_.weighted_chi2(graph.poses);

@@ -145,8 +145,8 @@ class Parser {
     for (std::size_t k = 0; k < vertices_.size(); ++k) {
       const Vertex& v = vertices_[k];
       if (k > 0 && vertices_[k - 1].id == v.id)
-        fail(v.line, fmt::format("VERTEX_SE2 {} stands in line {} already", v.id,
-                                 vertices_[k - 1].line));
+        fail(v.line,
+             fmt::format("VERTEX_SE2 {} stands in line {} already", v.id, vertices_[k - 1].line));
       result.ids.push_back(v.id);
       result.graph.poses.push_back(v.pose);
     }
@@ -178,7 +178,9 @@ G2oGraph read_g2o(const std::filesystem::path& path, Report& report) {
 }
 
 std::string g2o_text(const graph::PoseGraph& graph, const std::vector<std::int64_t>& ids) {
-  const auto id = [&](int i) { return ids.empty() ? std::int64_t{i} : ids.at(static_cast<std::size_t>(i)); };
+  const auto id = [&](int i) {
+    return ids.empty() ? std::int64_t{i} : ids.at(static_cast<std::size_t>(i));
+  };
   fmt::memory_buffer out;
   const auto to = std::back_inserter(out);
   for (std::size_t i = 0; i < graph.poses.size(); ++i) {

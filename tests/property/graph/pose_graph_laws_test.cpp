@@ -64,7 +64,8 @@ TEST(PoseGraphLaws, AnEdgeMayBeReadBackwards) {
     const Marginals forward(g), backward(back);
     for (int i = 0; i < 15; ++i) {
       EXPECT_LT(between(g.poses[i], back.poses[i]).vector().norm(), 1e-7);
-      EXPECT_LT((forward.covariance(i) - backward.covariance(i)).norm(), 1e-6 * (1e-3 + forward.covariance(i).norm()));
+      EXPECT_LT((forward.covariance(i) - backward.covariance(i)).norm(),
+                1e-6 * (1e-3 + forward.covariance(i).norm()));
     }
   }
 }
@@ -93,7 +94,8 @@ TEST(PoseGraphLaws, MoreEdgesNeverMakeAPoseLessSure) {
   for (std::uint64_t seed = 0; seed < kGraphs; ++seed) {
     PoseGraph g = graph_of(seed);
     const Marginals before(g);
-    g.edges.push_back({0, static_cast<int>(g.poses.size()) - 1, {1, 1, 1}, Mat3::Identity(), false});
+    g.edges.push_back(
+        {0, static_cast<int>(g.poses.size()) - 1, {1, 1, 1}, Mat3::Identity(), false});
     const Marginals after(g);
     for (int i = 0; i < static_cast<int>(g.poses.size()); ++i)
       EXPECT_LE(after.covariance(i).trace(), before.covariance(i).trace() * (1 + 1e-9));

@@ -110,11 +110,12 @@ TEST_P(BlockCholeskyShapes, DiagonalOfTheInverseIsTheDenseOne) {
     EXPECT_LT((blocks[i] - inverse.block<3, 3>(3 * i, 3 * i)).cwiseAbs().maxCoeff(), 1e-12);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Shapes, BlockCholeskyShapes,
-    testing::Values(Shape{1, 0, false}, Shape{2, 1, false}, Shape{3, 0, true}, Shape{9, 0, false},
-                    Shape{10, 45, false}, Shape{30, 0, true}, Shape{40, 15, true},
-                    Shape{60, 300, true}, Shape{50, 20, false}, Shape{120, 60, true}));
+INSTANTIATE_TEST_SUITE_P(Shapes, BlockCholeskyShapes,
+                         testing::Values(Shape{1, 0, false}, Shape{2, 1, false}, Shape{3, 0, true},
+                                         Shape{9, 0, false}, Shape{10, 45, false},
+                                         Shape{30, 0, true}, Shape{40, 15, true},
+                                         Shape{60, 300, true}, Shape{50, 20, false},
+                                         Shape{120, 60, true}));
 
 TEST(BlockCholesky, EmptyMatrixFactorsAndSolves) {
   BlockCholesky a;

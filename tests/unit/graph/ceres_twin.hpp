@@ -45,7 +45,8 @@ inline CeresPoses ceres_poses(const PoseGraph& graph) {
 
 inline void add_to_ceres(const PoseGraph& graph, CeresPoses& poses, ceres::Problem& problem) {
   for (const Edge& e : graph.edges)
-    problem.AddResidualBlock(new CeresEdge(e), nullptr, poses[static_cast<std::size_t>(e.from)].data(),
+    problem.AddResidualBlock(new CeresEdge(e), nullptr,
+                             poses[static_cast<std::size_t>(e.from)].data(),
                              poses[static_cast<std::size_t>(e.to)].data());
   for (const int a : anchors(graph)) {
     double* block = poses[static_cast<std::size_t>(a)].data();

@@ -63,7 +63,8 @@ TEST(Marginals, OfOneEdgeIsItsInformationTurnedIntoTheMap) {
 }
 
 TEST(Marginals, OfAChainAddUp) {
-  // Straight line of 5 edges, sigma 0.1 m, 0.1 m, 0.01 rad: y at the end grows by the lever arms too.
+  // Straight line of 5 edges, sigma 0.1 m, 0.1 m, 0.01 rad: y at the end grows by the lever arms
+  // too.
   PoseGraph g;
   const Mat3 information = Vec3(100, 100, 1e4).asDiagonal();
   for (int i = 0; i < 6; ++i) {

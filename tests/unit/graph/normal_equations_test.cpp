@@ -40,7 +40,8 @@ Dense dense(const PoseGraph& g, std::span<const double> weights = {}) {
   return d;
 }
 
-void expect_same_step(const PoseGraph& g, NormalEquations& equations, std::span<const double> weights) {
+void expect_same_step(const PoseGraph& g, NormalEquations& equations,
+                      std::span<const double> weights) {
   equations.set(g);
   const double sum = equations.linearize(g.poses, weights);
   std::vector<double> dx;
@@ -95,7 +96,8 @@ TEST(NormalEquations, PredictionIsTheLinearModelsAlsoWithDamping) {
   ASSERT_TRUE(equations.solve(0.7, dx));
   const Dense d = dense(g);
   const VectorXd x = Eigen::Map<VectorXd>(dx.data(), static_cast<Eigen::Index>(dx.size()));
-  EXPECT_NEAR(equations.predicted_decrease(dx, 0.7), 2 * d.b.dot(x) - x.dot(d.h * x), 1e-9 * chi2(g));
+  EXPECT_NEAR(equations.predicted_decrease(dx, 0.7), 2 * d.b.dot(x) - x.dot(d.h * x),
+              1e-9 * chi2(g));
 }
 
 TEST(NormalEquations, RotationsOfConsistentEdgesAreExact) {
@@ -117,7 +119,8 @@ TEST(NormalEquations, PositionsComeInOneStepFromRightHeadings) {
   equations.set(r.graph);
   std::vector<Pose2> poses = r.truth;
   RandomStream random(1);
-  for (std::size_t i = 1; i < poses.size(); ++i) poses[i].x = random.uniform(-100, 100), poses[i].y = 7;
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    poses[i].x = random.uniform(-100, 100), poses[i].y = 7;
   equations.linearize_positions(poses);
   std::vector<double> dx;
   ASSERT_TRUE(equations.solve(0, dx));

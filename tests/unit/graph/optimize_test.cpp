@@ -125,7 +125,8 @@ TEST(Optimize, TwiceTheSameEdgeIsTwiceTheInformation) {
 }
 
 TEST(Optimize, ClosesARingAcrossPi) {
-  // 36 steps of 1 m and 10 degrees, with headings through +-pi; the first and last pose are neighbours.
+  // 36 steps of 1 m and 10 degrees, with headings through +-pi; the first and last pose are
+  // neighbours.
   PoseGraph g;
   const Pose2 step{1, 0, radians(10)};
   Pose2 at{0, 0, radians(175)};
@@ -215,8 +216,10 @@ TEST(SpanningTree, WalksOverTrustedEdgesFirst) {
   PoseGraph g;
   g.poses.resize(4);
   const Mat3 one = Mat3::Identity();
-  g.edges = {{0, 3, {99, 0, 0}, one, true},  {0, 1, {1, 0, 0}, one, false},
-             {1, 2, {1, 0, 0}, one, false},  {3, 2, {-1, 0, 0}, one, true},
+  g.edges = {{0, 3, {99, 0, 0}, one, true},
+             {0, 1, {1, 0, 0}, one, false},
+             {1, 2, {1, 0, 0}, one, false},
+             {3, 2, {-1, 0, 0}, one, true},
              {1, 2, {50, 0, 0}, one, true}};
   const auto poses = spanning_tree(g);
   EXPECT_EQ(poses[1].x, 1);

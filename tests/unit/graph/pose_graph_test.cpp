@@ -36,9 +36,10 @@ TEST(Residual, IsZeroAtTheMeasurementAndNowhereElse) {
 }
 
 TEST(Residual, ByHand) {
-  // Seen from (1, 2) looking up, (0, 4) is 2 ahead and 1 to the left. Measured: 1 ahead, turned left.
+  // Seen from (1, 2) looking up, (0, 4) is 2 ahead and 1 to the left. Measured: 1 ahead, turned
+  // left.
   const Vec3 e = residual({1, 2, kPi / 2}, {0, 4, kPi}, {1, 0, kPi / 2});
-  EXPECT_NEAR(e.x(), 1, 1e-15);   // 1 to the left of the start is ahead of the measured heading
+  EXPECT_NEAR(e.x(), 1, 1e-15);  // 1 to the left of the start is ahead of the measured heading
   EXPECT_NEAR(e.y(), -1, 1e-15);
   EXPECT_NEAR(e.z(), 0, 1e-15);
 }
@@ -67,8 +68,12 @@ TEST(ResidualJacobians, AgreeWithDifferences) {
         d.z() = angle_diff(high.z(), low.z());
         return Vec3(d / (2 * h));
       };
-      EXPECT_LT((slope(residual(moved(a, h), b, z), residual(moved(a, -h), b, z)) - from.col(c)).norm(), 1e-7);
-      EXPECT_LT((slope(residual(a, moved(b, h), z), residual(a, moved(b, -h), z)) - to.col(c)).norm(), 1e-7);
+      EXPECT_LT(
+          (slope(residual(moved(a, h), b, z), residual(moved(a, -h), b, z)) - from.col(c)).norm(),
+          1e-7);
+      EXPECT_LT(
+          (slope(residual(a, moved(b, h), z), residual(a, moved(b, -h), z)) - to.col(c)).norm(),
+          1e-7);
     }
   }
 }
@@ -76,9 +81,7 @@ TEST(ResidualJacobians, AgreeWithDifferences) {
 TEST(Chi2, UsesTheWholeInformation) {
   PoseGraph g = two_poses();
   g.poses[1] = {1 + 1, 2, 0.5};  // error (1, 2, 0.5)
-  g.edges[0].information << 4, 1, 2,
-                            1, 5, 3,
-                            2, 3, 6;
+  g.edges[0].information << 4, 1, 2, 1, 5, 3, 2, 3, 6;
   // 4 + 5*4 + 6/4 + 2*(1*2 + 2*0.5 + 3*2*0.5)
   EXPECT_NEAR(chi2(g), 25.5 + 12, 1e-12);
   g.edges.push_back(g.edges[0]);
@@ -111,21 +114,24 @@ TEST(Check, NamesWhatIsWrong) {
   EXPECT_THAT(with([](auto& g) { g.edges[0].to = 0; }), HasSubstr("to itself"));
   EXPECT_THAT(with([](auto& g) { g.edges[0].T_from_to.x = inf; }), HasSubstr("measurement"));
   EXPECT_THAT(with([](auto& g) { g.edges[0].information(2, 1) = nan; }), HasSubstr("not finite"));
-  EXPECT_THAT(with([](auto& g) { g.edges[0].information(0, 1) = 0.5; }), HasSubstr("not symmetric"));
+  EXPECT_THAT(with([](auto& g) { g.edges[0].information(0, 1) = 0.5; }),
+              HasSubstr("not symmetric"));
   EXPECT_THAT(with([](auto& g) { g.edges[0].information(2, 2) = -1; }), HasSubstr("semi-definite"));
-  EXPECT_THAT(with([](auto& g) { g.edges[0].information(0, 1) = g.edges[0].information(1, 0) = 2; }),
-              HasSubstr("semi-definite"));
+  EXPECT_THAT(
+      with([](auto& g) { g.edges[0].information(0, 1) = g.edges[0].information(1, 0) = 2; }),
+      HasSubstr("semi-definite"));
   // each pair of directions is consistent, all three are not
-  EXPECT_THAT(with([](auto& g) {
-                g.edges[0].information << 1, -0.9, -0.9, -0.9, 1, -0.9, -0.9, -0.9, 1;
-              }), HasSubstr("semi-definite"));
+  EXPECT_THAT(
+      with([](auto& g) { g.edges[0].information << 1, -0.9, -0.9, -0.9, 1, -0.9, -0.9, -0.9, 1; }),
+      HasSubstr("semi-definite"));
 }
 
 TEST(Anchors, OneForEachComponent) {
   PoseGraph g;
   EXPECT_TRUE(anchors(g).empty());
   g.poses.resize(7);
-  for (const auto& [a, b] : {std::pair{1, 4}, {4, 6}, {5, 2}}) g.edges.push_back({a, b, {}, Mat3::Identity(), false});
+  for (const auto& [a, b] : {std::pair{1, 4}, {4, 6}, {5, 2}})
+    g.edges.push_back({a, b, {}, Mat3::Identity(), false});
   EXPECT_EQ(anchors(g), (std::vector{0, 1, 2, 3}));
   g.fixed = 6;
   EXPECT_EQ(anchors(g), (std::vector{0, 2, 3, 6}));

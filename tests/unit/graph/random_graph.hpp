@@ -23,7 +23,7 @@ inline Mat3 random_information(RandomStream& random) {
 }
 
 struct RandomGraph {
-  PoseGraph graph;           ///< poses: the truth, disturbed
+  PoseGraph graph;  ///< poses: the truth, disturbed
   std::vector<Pose2> truth;
 };
 

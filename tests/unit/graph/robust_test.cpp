@@ -54,12 +54,14 @@ PoseGraph ring_with_lies(std::uint64_t seed, int false_edges) {
   const Mat3 information = Vec3(2500, 2500, 10000).asDiagonal();
   for (int i = 0; i < 80; ++i) {
     g.poses.push_back(i == 0 ? Pose2{} : g.poses.back() * noisy(step));
-    if (i > 0) g.edges.push_back({i - 1, i, between(g.poses[i - 1], g.poses[i]), information, false});
+    if (i > 0)
+      g.edges.push_back({i - 1, i, between(g.poses[i - 1], g.poses[i]), information, false});
   }
   for (int i = 40; i < 80; ++i) g.edges.push_back({i - 40, i, noisy({}), information, true});
   for (int k = 0; k < false_edges; ++k) {
     const int a = static_cast<int>(random.below(60));
-    g.edges.push_back({a, a + 5 + static_cast<int>(random.below(14)), random_pose(random, 8), information, true});
+    g.edges.push_back(
+        {a, a + 5 + static_cast<int>(random.below(14)), random_pose(random, 8), information, true});
   }
   return g;
 }

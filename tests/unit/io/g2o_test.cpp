@@ -62,8 +62,9 @@ TEST(G2o, ReadsVerticesEdgesAndFix) {
 }
 
 TEST(G2o, EdgesAloneMakePoses) {
-  const G2oGraph g = parse("EDGE_SE2 5 7 1 0 1.5707963267948966 1 0 0 1 0 1\n"
-                           "EDGE_SE2 9 7 1 0 0 1 0 0 1 0 1\n");
+  const G2oGraph g = parse(
+      "EDGE_SE2 5 7 1 0 1.5707963267948966 1 0 0 1 0 1\n"
+      "EDGE_SE2 9 7 1 0 0 1 0 0 1 0 1\n");
   EXPECT_FALSE(g.has_poses);
   EXPECT_EQ(g.ids, (std::vector<std::int64_t>{5, 7, 9}));
   EXPECT_NEAR(g.graph.poses[1].x, 1, 1e-15);
@@ -85,16 +86,22 @@ TEST(G2o, ErrorsSayWhereAndWhat) {
   EXPECT_THAT(complaint(""), HasSubstr("g.g2o: no VERTEX_SE2"));
   EXPECT_THAT(complaint("FLASER 1 2 3\n"), HasSubstr("no VERTEX_SE2"));
   EXPECT_THAT(complaint(v + "VERTEX_SE2 2 1 0\n"), HasSubstr("g.g2o:3: VERTEX_SE2 ends too early"));
-  EXPECT_THAT(complaint(v + "VERTEX_SE2 x 1 0 0\n"), HasSubstr("g.g2o:3: VERTEX_SE2: 'x' is not an id"));
+  EXPECT_THAT(complaint(v + "VERTEX_SE2 x 1 0 0\n"),
+              HasSubstr("g.g2o:3: VERTEX_SE2: 'x' is not an id"));
   EXPECT_THAT(complaint(v + "VERTEX_SE2 -4 1 0 0\n"), HasSubstr("'-4' is not an id"));
   EXPECT_THAT(complaint(v + "VERTEX_SE2 99999999999999999999 1 0 0\n"), HasSubstr("is not an id"));
   EXPECT_THAT(complaint(v + "VERTEX_SE2 2 1 nan 0\n"), HasSubstr("'nan' is not a finite number"));
-  EXPECT_THAT(complaint(v + "VERTEX_SE2 2 1 1e999 0\n"), HasSubstr("'1e999' is not a finite number"));
+  EXPECT_THAT(complaint(v + "VERTEX_SE2 2 1 1e999 0\n"),
+              HasSubstr("'1e999' is not a finite number"));
   EXPECT_THAT(complaint(v + "VERTEX_SE2 2 1 1.5x 0\n"), HasSubstr("'1.5x' is not a finite number"));
-  EXPECT_THAT(complaint(v + "VERTEX_SE2 1 1 1 0\n"), HasSubstr("g.g2o:3: VERTEX_SE2 1 stands in line 2 already"));
-  EXPECT_THAT(complaint(v + "EDGE_SE2 0 1 1 0 0 1 0 0 1 0\n"), HasSubstr("g.g2o:3: EDGE_SE2 ends too early"));
-  EXPECT_THAT(complaint(v + "EDGE_SE2 0 5 1 0 0 1 0 0 1 0 1\n"), HasSubstr("g.g2o:3: vertex 5 is not defined"));
-  EXPECT_THAT(complaint(v + "EDGE_SE2 1 1 1 0 0 1 0 0 1 0 1\n"), HasSubstr("joins vertex 1 to itself"));
+  EXPECT_THAT(complaint(v + "VERTEX_SE2 1 1 1 0\n"),
+              HasSubstr("g.g2o:3: VERTEX_SE2 1 stands in line 2 already"));
+  EXPECT_THAT(complaint(v + "EDGE_SE2 0 1 1 0 0 1 0 0 1 0\n"),
+              HasSubstr("g.g2o:3: EDGE_SE2 ends too early"));
+  EXPECT_THAT(complaint(v + "EDGE_SE2 0 5 1 0 0 1 0 0 1 0 1\n"),
+              HasSubstr("g.g2o:3: vertex 5 is not defined"));
+  EXPECT_THAT(complaint(v + "EDGE_SE2 1 1 1 0 0 1 0 0 1 0 1\n"),
+              HasSubstr("joins vertex 1 to itself"));
   EXPECT_THAT(complaint(v + "FIX 7\n"), HasSubstr("g.g2o:3: vertex 7 is not defined"));
   EXPECT_THAT(complaint(v + "VERTEX_SE2 2 \x7f\xff 0 0\n"), HasSubstr("'\?\?' is not"));
 }
@@ -108,7 +115,8 @@ TEST(G2o, WhatIsWrittenComesBackExactly) {
     Mat3 a;
     for (int k = 0; k < 9; ++k) a(k / 3, k % 3) = random.normal();
     const Mat3 root = a * a.transpose();
-    g.edges.push_back({i - 1, i, {random.normal(), 1e-300, -kPi / 7}, 0.5 * (root + root.transpose()), false});
+    g.edges.push_back(
+        {i - 1, i, {random.normal(), 1e-300, -kPi / 7}, 0.5 * (root + root.transpose()), false});
   }
   g.fixed = 3;
   std::vector<std::int64_t> ids;
@@ -132,7 +140,8 @@ TEST(G2o, RandomBytesGiveAnErrorOrAGraph) {
   RandomStream random(2);
   for (int k = 0; k < 2000; ++k) {
     std::string text = kTriangle;
-    for (int m = 0; m < 3; ++m) text[random.below(text.size())] = static_cast<char>(random.below(256));
+    for (int m = 0; m < 3; ++m)
+      text[random.below(text.size())] = static_cast<char>(random.below(256));
     text.resize(random.below(text.size() + 1));
     const std::string message = complaint(text);
     EXPECT_EQ(message.find('\n'), std::string::npos);

@@ -27,7 +27,9 @@ PoseGraph load(const std::string& name) {
   return read_g2o(posegraph_folder() / (name + ".g2o.gz"), report).graph;
 }
 
-bool absent(const std::string& name) { return !fs::exists(posegraph_folder() / (name + ".g2o.gz")); }
+bool absent(const std::string& name) {
+  return !fs::exists(posegraph_folder() / (name + ".g2o.gz"));
+}
 
 struct Known {
   const char* name;
@@ -80,8 +82,8 @@ double relation_error(const PoseGraph& g, std::size_t true_edges) {
 }
 
 /// As many false closures as a fifth of the true ones, in runs of `run` that agree with each other
-/// (a place taken for another); each at least 1 m or 0.5 rad off the truth. The poses are then those
-/// of the trusted edges alone.
+/// (a place taken for another); each at least 1 m or 0.5 rad off the truth. The poses are then
+/// those of the trusted edges alone.
 PoseGraph with_false_closures(const PoseGraph& clean, int run, std::uint64_t seed) {
   RandomStream random(seed, static_cast<std::uint64_t>(run));
   std::vector<graph::Edge> closures;
@@ -93,14 +95,17 @@ PoseGraph with_false_closures(const PoseGraph& clean, int run, std::uint64_t see
   while (g.edges.size() < wanted) {
     const int a = static_cast<int>(random.below(clean.poses.size() - run));
     const int b = static_cast<int>(random.below(clean.poses.size() - run));
-    const Pose2 wrong{random.uniform(-size, size), random.uniform(-size, size), random.uniform(-kPi, kPi)};
+    const Pose2 wrong{random.uniform(-size, size), random.uniform(-size, size),
+                      random.uniform(-kPi, kPi)};
     const Vec3 off = graph::residual(clean.poses[a], clean.poses[b], wrong);
     if (std::abs(a - b) < 20 || (off.head<2>().norm() < 1 && std::abs(off.z()) < 0.5)) continue;
     for (int k = 0; k < run && g.edges.size() < wanted; ++k) {
-      const Pose2 noise = exp(Vec3(0.02 * random.normal(), 0.02 * random.normal(), 0.005 * random.normal()));
+      const Pose2 noise =
+          exp(Vec3(0.02 * random.normal(), 0.02 * random.normal(), 0.005 * random.normal()));
       const Pose2 T = between(clean.poses[a + k], clean.poses[a]) * wrong *
                       between(clean.poses[b], clean.poses[b + k]) * noise;
-      g.edges.push_back({a + k, b + k, T, closures[random.below(closures.size())].information, true});
+      g.edges.push_back(
+          {a + k, b + k, T, closures[random.below(closures.size())].information, true});
     }
   }
   for (const graph::Edge& e : clean.edges)
@@ -125,16 +130,19 @@ TEST_P(FalseClosures, AFifthOfThemRaisesTheErrorByLessThanATenth) {
     const graph::Summary s = graph::optimize(g);
     EXPECT_LT(relation_error(g, clean.edges.size()), 1.1 * best) << "seed " << seed;
     std::size_t believed = 0;
-    for (std::size_t k = clean.edges.size(); k < g.edges.size(); ++k) believed += s.edge_weight[k] > 0;
+    for (std::size_t k = clean.edges.size(); k < g.edges.size(); ++k)
+      believed += s.edge_weight[k] > 0;
     EXPECT_LT(believed, (g.edges.size() - clean.edges.size()) / 10) << "seed " << seed;
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, FalseClosures,
                          testing::Values(Injection{"intel", 1, 6}, Injection{"intel", 10, 6},
-                                         Injection{"manhattan", 1, 1}, Injection{"manhattan", 10, 3}),
+                                         Injection{"manhattan", 1, 1},
+                                         Injection{"manhattan", 10, 3}),
                          [](const auto& param) {
-                           return std::string(param.param.name) + "_run" + std::to_string(param.param.run);
+                           return std::string(param.param.name) + "_run" +
+                                  std::to_string(param.param.run);
                          });
 
 }  // namespace
