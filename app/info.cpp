@@ -44,11 +44,12 @@ void line(const char* label, fmt::format_string<Args...> text, Args&&... args) {
 void print_stamps(const StampSummary& s) {
   line("records", "{}, {:.2f} Hz over {:.1f} s", s.count, s.rate(), to_seconds(s.duration()));
   if (s.gaps > 0) {
-    line("gaps over 1 s", "{}, the longest {:.2f} s after {:.6f} s", s.gaps, to_seconds(s.longest_gap),
-         to_seconds(s.longest_gap_after));
+    line("gaps over 1 s", "{}, the longest {:.2f} s after {:.6f} s", s.gaps,
+         to_seconds(s.longest_gap), to_seconds(s.longest_gap_after));
   }
   if (s.backwards > 0) {
-    line("stamps back", "{} run backwards, by up to {:.3f} s", s.backwards, to_seconds(s.worst_backwards));
+    line("stamps back", "{} run backwards, by up to {:.3f} s", s.backwards,
+         to_seconds(s.worst_backwards));
   }
   if (s.repeated > 0) line("stamps again", "{} equal the one before", s.repeated);
 }
@@ -60,11 +61,12 @@ void print_laser(int number, const LaserSummary& l) {
                                 ? fmt::format("{}", l.most_beams)
                                 : fmt::format("{} to {}", l.fewest_beams, l.most_beams);
   line("beams x step", "{} x {:.4g} deg", beams, degrees(l.angle_step));
-  line("field of view", "{:.4g} deg, from {:.4g} to {:.4g} deg", degrees(l.field_of_view()), degrees(l.start_angle),
-       degrees(l.start_angle + l.field_of_view()));
-  line("mounting", "x {:.3f} m, y {:.3f} m, turned {:.1f} deg", l.T_robot_laser.x, l.T_robot_laser.y,
-       degrees(l.T_robot_laser.theta));
-  line("range", "{:.2f} m and more is no return; the longest return is {:.2f} m", l.max_range, l.longest_return);
+  line("field of view", "{:.4g} deg, from {:.4g} to {:.4g} deg", degrees(l.field_of_view()),
+       degrees(l.start_angle), degrees(l.start_angle + l.field_of_view()));
+  line("mounting", "x {:.3f} m, y {:.3f} m, turned {:.1f} deg", l.T_robot_laser.x,
+       l.T_robot_laser.y, degrees(l.T_robot_laser.theta));
+  line("range", "{:.2f} m and more is no return; the longest return is {:.2f} m", l.max_range,
+       l.longest_return);
   line("no return", "{:.2f} % of {} beams", 100 * share(l.no_returns, l.beams), l.beams);
   line("invalid", "{:.2f} % of the beams", 100 * share(l.invalid, l.beams));
   if (l.with_intensities > 0) line("intensities", "in {} scans", l.with_intensities);
@@ -79,7 +81,8 @@ void print_others(const LogSummary& s) {
   if (s.odometry.count > 0) {
     print_stamps(s.odometry);
     print_path(s.odometry_path);
-    line("velocities", "in {:.1f} % of the records", 100 * share(s.odometry_with_speed, s.odometry.count));
+    line("velocities", "in {:.1f} % of the records",
+         100 * share(s.odometry_with_speed, s.odometry.count));
   } else if (s.odometry_path.last) {
     line("records", "none of its own; the scans state it");
     print_path(s.odometry_path);
@@ -108,15 +111,16 @@ void print_report(const Report& report) {
   fmt::print("\nnoticed\n");
   if (report.empty()) fmt::print("  nothing: every record was read\n");
   for (const auto& [what, entry] : report.entries()) {
-    const std::string first = entry.first_line > 0 ? fmt::format("  (first: line {})", entry.first_line) : "";
+    const std::string first =
+        entry.first_line > 0 ? fmt::format("  (first: line {})", entry.first_line) : "";
     fmt::print("  {:>8}  {}{}\n", entry.count, what, first);
   }
 }
 
 void print_for_people(const InfoOptions& options, const io::Source& source, const LogSummary& s) {
   fmt::print("{}: {}\n", options.log, source.format());
-  fmt::print("{:.1f} s, from {:.6f} to {:.6f} s\n", to_seconds(s.latest() - s.earliest()), to_seconds(s.earliest()),
-             to_seconds(s.latest()));
+  fmt::print("{:.1f} s, from {:.6f} to {:.6f} s\n", to_seconds(s.latest() - s.earliest()),
+             to_seconds(s.earliest()), to_seconds(s.latest()));
   for (const auto& [number, laser] : s.lasers) print_laser(number, laser);
   print_others(s);
   print_report(source.report());
@@ -154,7 +158,9 @@ Json to_json(const LaserSummary& l) {
 }
 
 Json to_json(const InfoOptions& options, const io::Source& source, const LogSummary& s) {
-  Json json{{"log", options.log}, {"format", source.format()}, {"duration_s", to_seconds(s.latest() - s.earliest())}};
+  Json json{{"log", options.log},
+            {"format", source.format()},
+            {"duration_s", to_seconds(s.latest() - s.earliest())}};
   json["lasers"] = Json::array();
   for (const auto& [number, laser] : s.lasers) {
     Json entry{{"laser", number + 1}};
@@ -174,7 +180,8 @@ Json to_json(const InfoOptions& options, const io::Source& source, const LogSumm
   json["truth"]["path_m"] = s.truth_path.length;
   json["noticed"] = Json::array();
   for (const auto& [what, entry] : source.report().entries()) {
-    json["noticed"].push_back({{"what", what}, {"count", entry.count}, {"first_line", entry.first_line}});
+    json["noticed"].push_back(
+        {{"what", what}, {"count", entry.count}, {"first_line", entry.first_line}});
   }
   return json;
 }
@@ -189,11 +196,13 @@ void run(const InfoOptions& options) {
       why = fmt::format("; {} {} (first: line {})", entry.count, what, entry.first_line);
       break;
     }
-    throw Error(fmt::format("{}: {} without a single laser scan ({} other records{})", options.log, source->format(),
-                            summary.events(), why));
+    throw Error(fmt::format("{}: {} without a single laser scan ({} other records{})", options.log,
+                            source->format(), summary.events(), why));
   }
   if (options.json) {
-    fmt::print("{}\n", to_json(options, *source, summary).dump(2, ' ', false, Json::error_handler_t::replace));
+    fmt::print(
+        "{}\n",
+        to_json(options, *source, summary).dump(2, ' ', false, Json::error_handler_t::replace));
   } else {
     print_for_people(options, *source, summary);
   }
@@ -203,13 +212,16 @@ void run(const InfoOptions& options) {
 
 void add_info(CLI::App& app) {
   auto options = std::make_shared<InfoOptions>();
-  CLI::App* command = app.add_subcommand("info",
-                                         "What is in a log: sensors, rates, gaps, path, what was skipped and why.\n\n"
-                                         "Examples:\n"
-                                         "  majak info intel.clf.bz2          what is in it\n"
-                                         "  majak info victoria_park          a folder is a log, too\n"
-                                         "  majak info robot.log --json       the same for a script\n");
-  command->add_option("LOG", options->log, "CARMEN log (plain, gzip, bzip2) or Victoria Park folder")->required();
+  CLI::App* command = app.add_subcommand(
+      "info",
+      "What is in a log: sensors, rates, gaps, path, what was skipped and why.\n\n"
+      "Examples:\n"
+      "  majak info intel.clf.bz2          what is in it\n"
+      "  majak info victoria_park          a folder is a log, too\n"
+      "  majak info robot.log --json       the same for a script\n");
+  command
+      ->add_option("LOG", options->log, "CARMEN log (plain, gzip, bzip2) or Victoria Park folder")
+      ->required();
   command->add_flag("--json", options->json, "print JSON");
   command->callback([options] { run(*options); });
 }

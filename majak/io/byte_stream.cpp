@@ -121,8 +121,11 @@ class UnpackedStream final : public ByteStream {
       }
       if (!inside_ && !start_member()) break;
       switch (decoder_.step()) {
-        case Step::more: break;
-        case Step::end: inside_ = false; break;
+        case Step::more:
+          break;
+        case Step::end:
+          inside_ = false;
+          break;
         case Step::damaged:
           report_.count(kDamaged);
           done_ = true;
@@ -221,7 +224,8 @@ struct Bzip2Decoder {
 
 Packing packing_of(const std::string& head) {
   if (head.starts_with("\x1f\x8b")) return Packing::gzip;
-  const bool bzip2 = head.size() >= 4 && head.starts_with("BZh") && head[3] >= '1' && head[3] <= '9';
+  const bool bzip2 =
+      head.size() >= 4 && head.starts_with("BZh") && head[3] >= '1' && head[3] <= '9';
   return bzip2 ? Packing::bzip2 : Packing::none;
 }
 
@@ -236,8 +240,10 @@ OpenedBytes unpack(std::unique_ptr<ByteStream> raw) {
   head.resize(have);
   const Packing packing = packing_of(head);
   auto whole = prepend(std::move(head), std::move(raw));
-  if (packing == Packing::gzip) return {std::make_unique<UnpackedStream<GzipDecoder>>(std::move(whole)), packing};
-  if (packing == Packing::bzip2) return {std::make_unique<UnpackedStream<Bzip2Decoder>>(std::move(whole)), packing};
+  if (packing == Packing::gzip)
+    return {std::make_unique<UnpackedStream<GzipDecoder>>(std::move(whole)), packing};
+  if (packing == Packing::bzip2)
+    return {std::make_unique<UnpackedStream<Bzip2Decoder>>(std::move(whole)), packing};
   return {std::move(whole), packing};
 }
 
@@ -245,9 +251,12 @@ OpenedBytes unpack(std::unique_ptr<ByteStream> raw) {
 
 const char* packing_suffix(Packing packing) {
   switch (packing) {
-    case Packing::gzip: return ", gzip";
-    case Packing::bzip2: return ", bzip2";
-    case Packing::none: break;
+    case Packing::gzip:
+      return ", gzip";
+    case Packing::bzip2:
+      return ", bzip2";
+    case Packing::none:
+      break;
   }
   return "";
 }

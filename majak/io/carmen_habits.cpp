@@ -25,7 +25,8 @@ const char* const kBadRanges = "range values that are no positive number; marked
 const char* const kRepeats = "raw laser messages that repeat a scan with odometry; left out";
 const char* const kRmcRepeats = "NMEARMC fixes beside NMEAGGA; left out";
 const char* const kLateCode = "no-return codes recognised late; earlier scans keep them as ranges";
-const char* const kStepIgnored = "scans whose number of beams contradicts the resolution parameter; it was ignored";
+const char* const kStepIgnored =
+    "scans whose number of beams contradicts the resolution parameter; it was ignored";
 const char* const kLoggerClock = "the sensor clock stands still; logger times used";
 
 constexpr std::array<const char*, 8> kBackwards = {
@@ -49,7 +50,9 @@ bool same_mounting(const Pose2& a, const Pose2& b) {
          std::abs(angle_diff(a.theta, b.theta)) < 0.005;
 }
 
-double round_to(double value, double unit) { return std::round(value / unit) * unit + 0.0; }  // no -0
+double round_to(double value, double unit) {
+  return std::round(value / unit) * unit + 0.0;
+}  // no -0
 
 }  // namespace
 
@@ -126,7 +129,8 @@ void CarmenHabits::settle() {
   use_logger_time_ = !ipc_ticks_ && first_logger_ && (logger_ticks_ || first_ipc_ == Time{0});
   velocity_missing_ = !velocity_seen_ && path_ > 0.1;
   from_window_ = scans_;
-  for (std::size_t i = 0; i < lasers_.size(); ++i) lasers_[i].T_robot_laser = mounting(lasers_[i], i == 1);
+  for (std::size_t i = 0; i < lasers_.size(); ++i)
+    lasers_[i].T_robot_laser = mounting(lasers_[i], i == 1);
 }
 
 /// The two pose triples where they agree on one constant mounting that makes sense; else the
@@ -179,7 +183,8 @@ bool CarmenHabits::complete(CarmenRecord& record, std::int64_t line, Report& rep
   return true;
 }
 
-bool CarmenHabits::complete_scan(Scan& scan, const CarmenRecord& record, std::int64_t line, Report& report) {
+bool CarmenHabits::complete_scan(Scan& scan, const CarmenRecord& record, std::int64_t line,
+                                 Report& report) {
   Laser& laser = lasers_[static_cast<std::size_t>(scan.laser)];
   const bool observed = from_window_ > 0;
   if (observed) --from_window_;
@@ -208,7 +213,8 @@ bool CarmenHabits::complete_scan(Scan& scan, const CarmenRecord& record, std::in
 void CarmenHabits::complete_geometry(Scan& scan, std::int64_t line, Report& report) const {
   const double step = *lasers_[static_cast<std::size_t>(scan.laser)].resolution;
   if (std::abs(step - scan.angle_step) < 1e-6) return;
-  if (step * static_cast<double>(scan.ranges.size() - 1) > kPi + 1e-6) return report.count(kStepIgnored, line);
+  if (step * static_cast<double>(scan.ranges.size() - 1) > kPi + 1e-6)
+    return report.count(kStepIgnored, line);
   const BeamGeometry geometry = geometry_by_step(scan.ranges.size(), step);
   scan.start_angle = geometry.start_angle;
   scan.angle_step = geometry.angle_step;
@@ -225,7 +231,8 @@ void CarmenHabits::complete_odometry(Odometry& odometry) {
   odometry.turn_rate.reset();
 }
 
-bool CarmenHabits::complete_fix(GpsFix& fix, const CarmenRecord& record, std::int64_t line, Report& report) {
+bool CarmenHabits::complete_fix(GpsFix& fix, const CarmenRecord& record, std::int64_t line,
+                                Report& report) {
   gga_seen_ |= record.fix == CarmenFix::gga;
   if (record.fix == CarmenFix::rmc && gga_seen_) {
     report.count(kRmcRepeats, line);

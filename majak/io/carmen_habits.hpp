@@ -36,10 +36,10 @@ class CarmenHabits {
     SaturationFinder finder;
     bool located = false;  ///< comes with odometry, so the raw message is the same scan again
     std::int64_t stated = 0;
-    bool constant = true;        ///< the stated mounting never changed
-    Pose2 T_robot_laser_first;   ///< as the first record stated it
+    bool constant = true;       ///< the stated mounting never changed
+    Pose2 T_robot_laser_first;  ///< as the first record stated it
     Vec2 offset_sum = Vec2::Zero();
-    Pose2 T_robot_laser;         ///< decided
+    Pose2 T_robot_laser;  ///< decided
     // Parameters of the log.
     std::optional<double> forward_offset, side_offset, max_range, resolution;
   };

@@ -16,12 +16,16 @@ bool CarmenReader::read_record() {
     parse_carmen_line(*line, !lines_.terminated(), record_);
     switch (record_.kind) {
       case Kind::event:
-      case Kind::param: return true;
-      case Kind::nothing: break;
+      case Kind::param:
+        return true;
+      case Kind::nothing:
+        break;
       case Kind::unknown:
         report_.count("lines with a message that CARMEN does not know; left out", lines_.line());
         break;
-      case Kind::damaged: report_.count(record_.problem, lines_.line()); break;
+      case Kind::damaged:
+        report_.count(record_.problem, lines_.line());
+        break;
     }
   }
   return false;
@@ -48,7 +52,8 @@ std::optional<Event> CarmenReader::next() {
   while (!window_.empty()) {
     Waiting waiting = std::move(window_.front());
     window_.pop_front();
-    if (habits_.complete(waiting.record, waiting.line, report_)) return std::move(waiting.record.event);
+    if (habits_.complete(waiting.record, waiting.line, report_))
+      return std::move(waiting.record.event);
   }
   while (read_record()) {
     if (record_.kind != Kind::event) continue;

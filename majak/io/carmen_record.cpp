@@ -37,7 +37,7 @@ bool read_ranges(Fields& f, std::size_t n, CarmenRecord& record, std::vector<flo
   out.resize(n);
   for (float& range : out) {
     double value = 0;
-    const bool is_number = f.short_number(value);
+    const bool is_number = f.number(value);
     if (is_number && value > 0 && std::isfinite(value)) {
       range = static_cast<float>(value);
     } else {
@@ -202,10 +202,12 @@ bool read_degrees(Fields& f, char negative, double most, double& angle) {
 Problem read_gga(Fields& f, bool cut_off, CarmenRecord& record) {
   double number = 0, utc = 0, quality = 0, satellites = 0, hdop = 0, sea_level = 0, altitude = 0;
   if (!f.number(number) || !f.number(utc)) return kNoNumber;
-  const bool place = read_degrees(f, 'S', 90, record.latitude) && read_degrees(f, 'W', 180, record.longitude);
+  const bool place =
+      read_degrees(f, 'S', 90, record.latitude) && read_degrees(f, 'W', 180, record.longitude);
   if (!place || !f.number(quality)) return kNoNumber;
   if (quality == 0) return kNoFix;
-  if (!f.number(satellites) || !f.number(hdop) || !f.number(sea_level) || !f.number(altitude)) return kNoNumber;
+  if (!f.number(satellites) || !f.number(hdop) || !f.number(sea_level) || !f.number(altitude))
+    return kNoNumber;
   record.altitude = std::isfinite(altitude) ? altitude : 0;
   for (int i = 0; i < 3; ++i) f.word();  // geo_sea_level geo_sep data_age
   GpsFix fix;
@@ -221,7 +223,8 @@ Problem read_rmc(Fields& f, bool cut_off, CarmenRecord& record) {
   if (!f.number(number)) return kNoNumber;
   const std::string_view validity = f.word();
   if (!f.number(utc)) return kNoNumber;
-  if (!read_degrees(f, 'S', 90, record.latitude) || !read_degrees(f, 'W', 180, record.longitude)) return kNoNumber;
+  if (!read_degrees(f, 'S', 90, record.latitude) || !read_degrees(f, 'W', 180, record.longitude))
+    return kNoNumber;
   if (validity != "A" && validity != "1" && validity != "65") return kNoFix;
   for (int i = 0; i < 5; ++i) f.word();  // speed course variation var_dir date
   GpsFix fix;
@@ -238,11 +241,25 @@ int numbered(std::string_view name, std::string_view stem) {
   return last >= '1' && last <= '5' ? last - '0' : 0;
 }
 
-constexpr std::array<std::string_view, 19> kOfNoUse = {
-    "SYNC",          "COMMENT",         "GLOBALPOS",       "REMISSIONFLASER", "REMISSIONRLASER",
-    "REMISSIONLASER3", "REMISSIONLASER4", "REMISSIONLASER5", "POSITIONLASER",   "PANTILT",
-    "IMU",           "SONAR",           "BUMPER",          "ARM",             "SCANMARK",
-    "VECTORMOVE",    "ROBOTVELOCITY",   "FOLLOWTRAJECTORY", "BASEVELOCITY"};
+constexpr std::array<std::string_view, 19> kOfNoUse = {"SYNC",
+                                                       "COMMENT",
+                                                       "GLOBALPOS",
+                                                       "REMISSIONFLASER",
+                                                       "REMISSIONRLASER",
+                                                       "REMISSIONLASER3",
+                                                       "REMISSIONLASER4",
+                                                       "REMISSIONLASER5",
+                                                       "POSITIONLASER",
+                                                       "PANTILT",
+                                                       "IMU",
+                                                       "SONAR",
+                                                       "BUMPER",
+                                                       "ARM",
+                                                       "SCANMARK",
+                                                       "VECTORMOVE",
+                                                       "ROBOTVELOCITY",
+                                                       "FOLLOWTRAJECTORY",
+                                                       "BASEVELOCITY"};
 
 Problem read_message(std::string_view name, Fields& f, bool cut_off, CarmenRecord& record) {
   record.kind = Kind::event;
@@ -275,14 +292,25 @@ Problem read_message(std::string_view name, Fields& f, bool cut_off, CarmenRecor
 
 BeamGeometry geometry_by_count(std::size_t beams) {
   switch (beams) {
-    case 180: case 181: return {-kPi / 2, radians(1.0)};
-    case 360: case 361: return {-kPi / 2, radians(0.5)};
-    case 400: case 401: return {radians(-50), radians(0.25)};
-    case 201: return {radians(-50), radians(0.5)};
-    case 101: return {radians(-50), radians(1.0)};
-    case 541: return {radians(-135), radians(0.5)};
-    case 1081: return {radians(-135), radians(0.25)};
-    default: break;
+    case 180:
+    case 181:
+      return {-kPi / 2, radians(1.0)};
+    case 360:
+    case 361:
+      return {-kPi / 2, radians(0.5)};
+    case 400:
+    case 401:
+      return {radians(-50), radians(0.25)};
+    case 201:
+      return {radians(-50), radians(0.5)};
+    case 101:
+      return {radians(-50), radians(1.0)};
+    case 541:
+      return {radians(-135), radians(0.5)};
+    case 1081:
+      return {radians(-135), radians(0.25)};
+    default:
+      break;
   }
   return {-kPi / 2, beams > 1 ? kPi / static_cast<double>(beams - 1) : 0.0};
 }
@@ -316,9 +344,10 @@ bool looks_like_carmen(std::string_view text) {
     Fields f(line);
     const std::string_view name = f.word();
     if (name == "PARAM" && !f.word().empty()) return true;
-    const bool message = name == "ODOM" || name == "FLASER" || name == "RLASER" || name == "TRUEPOS" ||
-                         name == "NMEAGGA" || name == "NMEARMC" || numbered(name, "ROBOTLASER") > 0 ||
-                         numbered(name, "RAWLASER") > 0 || numbered(name, "LASER") > 0;
+    const bool message = name == "ODOM" || name == "FLASER" || name == "RLASER" ||
+                         name == "TRUEPOS" || name == "NMEAGGA" || name == "NMEARMC" ||
+                         numbered(name, "ROBOTLASER") > 0 || numbered(name, "RAWLASER") > 0 ||
+                         numbered(name, "LASER") > 0;
     double value = 0;
     if (message && f.number(value)) return true;
   }

@@ -31,12 +31,12 @@ struct CarmenRecord {
   Kind kind = Kind::nothing;
   const char* problem = nullptr;
 
-  Event event;             ///< stamped with the time of the sensor (ipc)
+  Event event;  ///< stamped with the time of the sensor (ipc)
   std::optional<Time> logger_time;
   CarmenLaser laser = CarmenLaser::none;
   bool geometry_stated = false;       ///< else the scan's angles follow from the number of beams
   std::optional<Pose2> T_odom_laser;  ///< as the log states it
-  std::int64_t bad_ranges = 0;        ///< values that are no positive number (a plain 0 is not counted)
+  std::int64_t bad_ranges = 0;  ///< values that are no positive number (a plain 0 is not counted)
   CarmenFix fix = CarmenFix::none;
   double latitude = 0, longitude = 0, altitude = 0;  ///< degrees, m
 

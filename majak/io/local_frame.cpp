@@ -14,7 +14,8 @@ Vec3 earth_centred(double latitude, double longitude, double altitude) {
   constexpr double kSquaredEccentricity = kFlattening * (2.0 - kFlattening);
   const double s = std::sin(latitude), c = std::cos(latitude);
   const double normal = kEquator / std::sqrt(1.0 - kSquaredEccentricity * s * s);
-  return {(normal + altitude) * c * std::cos(longitude), (normal + altitude) * c * std::sin(longitude),
+  return {(normal + altitude) * c * std::cos(longitude),
+          (normal + altitude) * c * std::sin(longitude),
           (normal * (1.0 - kSquaredEccentricity) + altitude) * s};
 }
 

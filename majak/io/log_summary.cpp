@@ -129,13 +129,16 @@ void each_sensor(const LogSummary& s, Visit visit) {
 
 Time LogSummary::earliest() const {
   std::optional<Time> best;
-  each_sensor(*this, [&](const StampSummary& s) { best = std::min(best.value_or(s.earliest), s.earliest); });
+  each_sensor(*this, [&](const StampSummary& s) {
+    best = std::min(best.value_or(s.earliest), s.earliest);
+  });
   return best.value_or(0);
 }
 
 Time LogSummary::latest() const {
   std::optional<Time> best;
-  each_sensor(*this, [&](const StampSummary& s) { best = std::max(best.value_or(s.latest), s.latest); });
+  each_sensor(*this,
+              [&](const StampSummary& s) { best = std::max(best.value_or(s.latest), s.latest); });
   return best.value_or(0);
 }
 

@@ -16,7 +16,7 @@ struct StampSummary {
   static constexpr Duration kGap = kSecond;  ///< a longer pause is a gap
 
   std::int64_t count = 0;
-  Time first = 0, last = 0;        ///< in the order of the file
+  Time first = 0, last = 0;  ///< in the order of the file
   Time earliest = 0, latest = 0;
   std::int64_t backwards = 0, repeated = 0, gaps = 0;
   Duration worst_backwards = 0, longest_gap = 0;
@@ -57,7 +57,7 @@ struct LogSummary {
   std::int64_t odometry_with_speed = 0;
   PathSummary odometry_path;  ///< of the odometry records, else of the scans' own odometry
   PathSummary truth_path;
-  double wheel_path = 0;      ///< m, backwards counted too
+  double wheel_path = 0;                               ///< m, backwards counted too
   double gps_east[2] = {0, 0}, gps_north[2] = {0, 0};  ///< m, smallest and largest
 
   void add(const Event& event);

@@ -13,7 +13,7 @@ constexpr std::size_t kBins = 10001;       // 0 ... 100 m in centimetres
 constexpr double kApart = 0.2;             // m between scans that count
 constexpr std::uint32_t kLeastBeams = 40;  // a spike of fewer proves nothing
 constexpr std::uint32_t kLeastScans = 10;
-constexpr int kDecideEvery = 5;     // at first; later ten times rarer
+constexpr int kDecideEvery = 5;  // at first; later ten times rarer
 
 /// A tenth of the beams moved by more than 5 cm.
 bool looks_different(const std::vector<float>& a, const std::vector<float>& b) {
@@ -85,7 +85,8 @@ void SaturationFinder::decide() {
     if (in_scans_[bin] < least_scans || above * 50 > count) return;
     const auto at = beams_.begin() + static_cast<std::ptrdiff_t>(bin);
     const auto beside = *std::max_element(at - 5, at);
-    const auto below = *std::max_element(beams_.begin() + static_cast<std::ptrdiff_t>(bin * 4 / 5), at);
+    const auto below =
+        *std::max_element(beams_.begin() + static_cast<std::ptrdiff_t>(bin * 4 / 5), at);
     if (beside * 20 <= count && below * 5 <= count) {
       code_ = static_cast<float>(bin) / 100.0f;
       done_ = true;

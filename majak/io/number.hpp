@@ -4,10 +4,8 @@
 // folder keep the line end there; a std::string keeps its NUL), so no loop has to ask for the end.
 #pragma once
 
-#include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <string_view>
 
 #include "majak/core/time.hpp"
@@ -56,31 +54,6 @@ inline const char* parse_decimal(const char* p, const char* end, double& value) 
   return p;
 }
 
-/// The number at p when it is written like "12.34": up to six digits, a point among them, a blank
-/// behind; at least eight bytes must be readable. Returns the blank, or nullptr when it is written
-/// otherwise. All bytes at once (Lemire 2021): a laser log is made of such numbers, and the digit by
-/// digit way costs three times as much (bench/micro).
-inline const char* parse_short_decimal(const char* p, double& value) {
-  if constexpr (std::endian::native != std::endian::little) return nullptr;
-  std::uint64_t word = 0;
-  std::memcpy(&word, p, sizeof word);
-  const std::uint64_t digits = word ^ 0x3030303030303030u;
-  // The top bit of every byte that is no digit. Bytes behind one over 0x8a may be wrong; those end up
-  // in the other way anyhow, because that one is neither point nor blank.
-  std::uint64_t others = ((digits + 0x7676767676767676u) | digits) & 0x8080808080808080u;
-  const int point = std::countr_zero(others) / 8;
-  others &= others - 1;
-  if (others == 0) return nullptr;
-  const int blank = std::countr_zero(others) / 8;
-  if (p[point] != '.' || !is_blank(p[blank]) || blank < 2) return nullptr;
-  const std::uint64_t before = (std::uint64_t{1} << (8 * point)) - 1;
-  std::uint64_t v = ((digits & before) | ((digits >> 8) & ~before)) << (8 * (9 - blank));
-  v = v * 10 + (v >> 8);  // pairs of digits, then all of them
-  v = ((v & 0x000000ff000000ffu) * 0x000f424000000064u + ((v >> 16) & 0x000000ff000000ffu) * 0x0000271000000001u) >> 32;
-  value = static_cast<double>(static_cast<std::int64_t>(v & 0xffffffffu)) / detail::kPowersOfTen[blank - point - 1];
-  return p + blank;
-}
-
 /// Seconds at p as exact nanoseconds, from the decimal digits themselves; a tenth decimal rounds.
 /// Returns nullptr when there is no number or it does not fit (about 292 years).
 const char* parse_time(const char* p, const char* end, Time& time);
@@ -112,17 +85,6 @@ class Fields {
     if (p_ == end_) return false;
     const char* const stop = parse_decimal(p_, end_, value);
     return take(stop);
-  }
-  /// The same, quicker where numbers are short.
-  bool short_number(double& value) {
-    skip_blanks();
-    if (end_ - p_ >= 8) {
-      if (const char* const stop = parse_short_decimal(p_, value)) {
-        p_ = stop;
-        return true;
-      }
-    }
-    return number(value);
   }
   bool time(Time& value) {
     skip_blanks();

@@ -30,13 +30,17 @@ std::string read_head(ByteStream& bytes) {
   return head;
 }
 
-[[noreturn]] void refuse(const std::string& name, const std::string& head, const Report& unpacking) {
-  if (!unpacking.empty()) throw Error(name + ": no log could be unpacked; the file is damaged or cut off");
+[[noreturn]] void refuse(const std::string& name, const std::string& head,
+                         const Report& unpacking) {
+  if (!unpacking.empty())
+    throw Error(name + ": no log could be unpacked; the file is damaged or cut off");
   if (head.empty()) throw Error(name + ": the file is empty");
-  if (head.starts_with("#ROSBAG")) throw Error(name + ": a ROS bag; convert it to a CARMEN log first");
-  throw Error(name +
-              ": no log that majak knows; looked for the messages of a CARMEN log (FLASER, ROBOTLASER1, "
-              "RAWLASER1, ODOM, PARAM ...), plain, gzip or bzip2");
+  if (head.starts_with("#ROSBAG"))
+    throw Error(name + ": a ROS bag; convert it to a CARMEN log first");
+  throw Error(
+      name +
+      ": no log that majak knows; looked for the messages of a CARMEN log (FLASER, ROBOTLASER1, "
+      "RAWLASER1, ODOM, PARAM ...), plain, gzip or bzip2");
 }
 
 std::unique_ptr<Source> open_folder(const std::filesystem::path& path) {
@@ -44,9 +48,10 @@ std::unique_ptr<Source> open_folder(const std::filesystem::path& path) {
   std::filesystem::directory_iterator readable(path, error);
   if (error) throw Error(path.string() + ": the folder cannot be read: " + error.message());
   if (auto source = open_victoria_park(path)) return source;
-  throw Error(path.string() +
-              ": a folder without a log; looked for the Victoria Park files LASER.txt (or LASER.txt.gz) "
-              "and DRS.txt, GPS.txt, Sensors_manager.txt");
+  throw Error(
+      path.string() +
+      ": a folder without a log; looked for the Victoria Park files LASER.txt (or LASER.txt.gz) "
+      "and DRS.txt, GPS.txt, Sensors_manager.txt");
 }
 
 }  // namespace

@@ -50,8 +50,8 @@ bool VictoriaPark::read_row(Table& table, Row& row, const char* problem) {
   return false;
 }
 
-/// Between scans stands nothing but a tab, so a lost value shifts all that follow. A time runs on by
-/// less than a minute and, when looking for one, is longer than any range.
+/// Between scans stands nothing but a tab, so a lost value shifts all that follow. A time runs on
+/// by less than a minute and, when looking for one, is longer than any range.
 bool VictoriaPark::find_next_scan(WordReader& words, double& time) {
   const std::optional<double>& last = last_scan_time_;
   bool searching = false;
@@ -89,7 +89,9 @@ std::optional<Scan> VictoriaPark::read_scan() {
     }
     const bool usable = is_number && range > 0 && std::isfinite(range);
     if (!usable && !(is_number && range == 0)) report_.count(kBadRange, scans_);
-    scan.ranges.push_back(!usable ? kInvalidRange : range >= kLaserLimit ? kNoReturn : static_cast<float>(range));
+    scan.ranges.push_back(!usable                ? kInvalidRange
+                          : range >= kLaserLimit ? kNoReturn
+                                                 : static_cast<float>(range));
   }
   return scan;
 }
@@ -138,7 +140,8 @@ std::optional<VictoriaPark::Sensor> VictoriaPark::next_in_order() {
     const double sensor = row[1];
     if (sensor != 1 && sensor != 2 && sensor != 3) {
       report_.count(kBadOrder, order_->line());
-    } else if (const auto named = static_cast<Sensor>(static_cast<int>(sensor) - 1); waiting_[named]) {
+    } else if (const auto named = static_cast<Sensor>(static_cast<int>(sensor) - 1);
+               waiting_[named]) {
       return named;
     }
   }

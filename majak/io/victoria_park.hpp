@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Victoria Park data set (Guivant and Nebot): a folder with LASER.txt[.gz], DRS.txt (wheel speed
-// and steering), GPS.txt and Sensors_manager.txt, which says in which order they were recorded.
+// The Victoria Park data set (Guivant and Nebot): a folder with LASER.txt[.gz], DRS.txt (wheel
+// speed and steering), GPS.txt and Sensors_manager.txt, which says in which order they were
+// recorded.
 #pragma once
 
 #include <array>
@@ -17,8 +18,8 @@ namespace majak::io {
 
 /// The car that drove there.
 struct VictoriaParkCar {
-  double wheelbase = 2.83;    ///< m
-  double half_track = 0.76;   ///< m, rear left wheel (it carries the encoder) to the axle's middle
+  double wheelbase = 2.83;   ///< m
+  double half_track = 0.76;  ///< m, rear left wheel (it carries the encoder) to the axle's middle
   Pose2 T_robot_laser{3.78, 0.5, 0};  ///< from the middle of the rear axle
 };
 

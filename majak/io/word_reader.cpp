@@ -12,7 +12,8 @@ namespace {
 constexpr std::size_t kBlock = std::size_t{1} << 15;
 }
 
-WordReader::WordReader(std::unique_ptr<ByteStream> bytes) : bytes_(std::move(bytes)), buffer_(kBlock + 1) {}
+WordReader::WordReader(std::unique_ptr<ByteStream> bytes)
+    : bytes_(std::move(bytes)), buffer_(kBlock + 1) {}
 
 bool WordReader::refill() {
   if (drained_) return false;

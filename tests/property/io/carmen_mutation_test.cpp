@@ -20,7 +20,8 @@ const std::string kLog =
     "ODOM 1.0 2.0 0.5 0.1 0.2 0.0 976052857.337284 nohost 0.0\n"
     "FLASER 5 1.07 81.91 3.00 nan 5.50 1.1 2.0 0.5 1.0 2.0 0.5 976052857.437284 nohost 0.1\n"
     "RLASER 3 1.0 2.0 3.0 1.1 2.0 -2.6 1.0 2.0 0.5 976052857.5 nohost 0.2\n"
-    "ROBOTLASER1 0 -1.570796 3.141593 1.570796 81.92 0.01 0 3 1.0 2.0 3.0 3 7 8 9 1 2 0.5 1 2 0.5 0 0 0 0 0 976052858.0 h 0.3\n"
+    "ROBOTLASER1 0 -1.570796 3.141593 1.570796 81.92 0.01 0 3 1.0 2.0 3.0 3 7 8 9 1 2 0.5 1 2 0.5 "
+    "0 0 0 0 0 976052858.0 h 0.3\n"
     "RAWLASER3 2 -2.0 4.0 2.0 5.6 0.01 0 3 1.0 2.0 3.0 0 976052858.1 h 0.4\n"
     "LASER5 2 1.0 2.0 976052858.2 h 0.5\n"
     "TRUEPOS 1 2 0.5 1 2 0.5 976052858.3 h 0.6\n"
@@ -29,17 +30,32 @@ const std::string kLog =
     "SONAR 1 2 3\nunknown 1 2 3\n";
 
 std::string mutate(std::string text, RandomStream& random) {
-  const std::string alphabet = "0123456789.-+eE \t\n\r#NaInf\x00\xff\x8a" "FLASERODOM";
+  const std::string alphabet =
+      "0123456789.-+eE \t\n\r#NaInf\x00\xff\x8a"
+      "FLASERODOM";
   const std::uint64_t changes = 1 + random.below(12);
   for (std::uint64_t k = 0; k < changes && !text.empty(); ++k) {
-    const std::size_t at = random.below(text.size()), size = random.below(1 + std::min<std::size_t>(40, text.size() - at));
+    const std::size_t at = random.below(text.size()),
+                      size = random.below(1 + std::min<std::size_t>(40, text.size() - at));
     switch (random.below(6)) {
-      case 0: text[at] = alphabet[random.below(alphabet.size())]; break;
-      case 1: text[at] = static_cast<char>(random.below(256)); break;
-      case 2: text.erase(at, size); break;
-      case 3: text.insert(random.below(text.size()), text.substr(at, size)); break;
-      case 4: text.insert(at, 1 + random.below(30), alphabet[random.below(alphabet.size())]); break;
-      default: text.resize(at); break;
+      case 0:
+        text[at] = alphabet[random.below(alphabet.size())];
+        break;
+      case 1:
+        text[at] = static_cast<char>(random.below(256));
+        break;
+      case 2:
+        text.erase(at, size);
+        break;
+      case 3:
+        text.insert(random.below(text.size()), text.substr(at, size));
+        break;
+      case 4:
+        text.insert(at, 1 + random.below(30), alphabet[random.below(alphabet.size())]);
+        break;
+      default:
+        text.resize(at);
+        break;
     }
   }
   return text;
@@ -53,7 +69,8 @@ void expect_sound(const Scan& scan) {
   EXPECT_TRUE(scan.laser >= 0 && scan.laser < 5);
   EXPECT_TRUE(!scan.T_odom_robot || scan.T_odom_robot->finite());
   for (const float range : scan.ranges) {
-    EXPECT_TRUE(std::isnan(range) || range == kNoReturn || (range > 0 && range < scan.max_range)) << range;
+    EXPECT_TRUE(std::isnan(range) || range == kNoReturn || (range > 0 && range < scan.max_range))
+        << range;
   }
 }
 
@@ -77,7 +94,8 @@ TEST(MutatedCarmenLog, TheWholeLogIsRead) { EXPECT_EQ(read(kLog), 8u); }
 TEST(MutatedCarmenLog, GivesSoundEventsOrNone) {
   RandomStream random(11);
   std::size_t events = 0;
-  for (int i = 0; i < 5000 && !testing::Test::HasFailure(); ++i) events += read(mutate(kLog, random));
+  for (int i = 0; i < 5000 && !testing::Test::HasFailure(); ++i)
+    events += read(mutate(kLog, random));
   EXPECT_GT(events, 10000u) << "most records survive their neighbours";
 }
 

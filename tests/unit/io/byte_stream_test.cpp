@@ -31,10 +31,12 @@ Unpacked unpack(std::string packed, std::size_t step = 7) {
   return result;
 }
 
-const std::string kText = "FLASER 2 1.00 2.00 0 0 0 0 0 0 1.5 host 0.5\nODOM 1 2 3 0 0 0 1.6 host 0.6\n";
+const std::string kText =
+    "FLASER 2 1.00 2.00 0 0 0 0 0 0 1.5 host 0.5\nODOM 1 2 3 0 0 0 1.6 host 0.6\n";
 
 TEST(ByteStream, GivesPlainBytesAsTheyAre) {
-  for (const std::string& text : {std::string(), std::string("B"), std::string("BZh"), std::string("\x1f"), kText}) {
+  for (const std::string& text :
+       {std::string(), std::string("B"), std::string("BZh"), std::string("\x1f"), kText}) {
     const Unpacked got = unpack(text);
     EXPECT_EQ(got.text, text);
     EXPECT_EQ(got.packing, Packing::none);
@@ -99,11 +101,14 @@ TEST(ByteStream, AMissingFileIsOneLine) {
     open_bytes("/nowhere/at/all.log");
     FAIL();
   } catch (const Error& e) {
-    EXPECT_EQ(std::string(e.what()), "/nowhere/at/all.log: cannot be opened: No such file or directory");
+    EXPECT_EQ(std::string(e.what()),
+              "/nowhere/at/all.log: cannot be opened: No such file or directory");
   }
 }
 
-TEST(ByteStream, AFolderIsNoFile) { EXPECT_THROW(open_bytes(std::filesystem::temp_directory_path()), Error); }
+TEST(ByteStream, AFolderIsNoFile) {
+  EXPECT_THROW(open_bytes(std::filesystem::temp_directory_path()), Error);
+}
 
 TEST(ByteStream, PrependGivesTheHeadFirst) {
   auto stream = prepend("ab", open_bytes_in_memory("cd").bytes);

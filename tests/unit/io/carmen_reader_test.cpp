@@ -16,20 +16,24 @@ using testing::read_carmen;
 
 std::string odom(double x, double stamp, double tv = 0) {
   char line[200];
-  std::snprintf(line, sizeof line, "ODOM %.3f 0 0 %.2f 0 0 %.6f host %.6f\n", x, tv, stamp, stamp - 100);
+  std::snprintf(line, sizeof line, "ODOM %.3f 0 0 %.2f 0 0 %.6f host %.6f\n", x, tv, stamp,
+                stamp - 100);
   return line;
 }
 
 /// A scan of three beams by a robot at (x, 0, theta); the laser `ahead` of it.
-std::string flaser(double x, double stamp, double ahead = 0, double theta = 0, const char* name = "FLASER") {
+std::string flaser(double x, double stamp, double ahead = 0, double theta = 0,
+                   const char* name = "FLASER") {
   char line[300];
-  std::snprintf(line, sizeof line, "%s 3 1.00 2.00 3.00 %.4f %.4f %.4f %.4f 0 %.4f %.6f host %.6f\n", name,
-                x + ahead * std::cos(theta), ahead * std::sin(theta), theta, x, theta, stamp, stamp - 100);
+  std::snprintf(
+      line, sizeof line, "%s 3 1.00 2.00 3.00 %.4f %.4f %.4f %.4f 0 %.4f %.6f host %.6f\n", name,
+      x + ahead * std::cos(theta), ahead * std::sin(theta), theta, x, theta, stamp, stamp - 100);
   return line;
 }
 
 TEST(CarmenReader, KeepsTheOrderOfTheFile) {
-  const Read read = read_carmen(odom(0, 100) + flaser(0, 100.1) + "TRUEPOS 1 2 0 0 0 0 100.2 h 0.2\n" + odom(1, 100.3));
+  const Read read = read_carmen(odom(0, 100) + flaser(0, 100.1) +
+                                "TRUEPOS 1 2 0 0 0 0 100.2 h 0.2\n" + odom(1, 100.3));
   ASSERT_EQ(read.events.size(), 4u);
   EXPECT_TRUE(std::holds_alternative<Odometry>(read.events[0]));
   EXPECT_TRUE(std::holds_alternative<Scan>(read.events[1]));
@@ -49,7 +53,8 @@ TEST(CarmenReader, ALogLongerThanTheWindowComesOutWhole) {
 }
 
 TEST(CarmenReader, StampsThatRunBackwardsAreKeptAndCounted) {
-  const Read read = read_carmen(flaser(0, 100) + flaser(0, 99.5) + flaser(0, 99.5) + flaser(0, 101) + odom(0, 5));
+  const Read read =
+      read_carmen(flaser(0, 100) + flaser(0, 99.5) + flaser(0, 99.5) + flaser(0, 101) + odom(0, 5));
   EXPECT_EQ(read.all<Scan>()[1].time, 99500000000);
   EXPECT_EQ(read.noticed("backwards"), 1);
   EXPECT_EQ(read.first_line("backwards"), 2);
@@ -59,7 +64,8 @@ TEST(CarmenReader, LoggerTimeWhereTheSensorClockStandsStill) {
   for (const char* stamp : {"0", "0.000000", "77.5"}) {
     std::string text;
     for (int i = 0; i < 3; ++i) {
-      text += std::string("FLASER 1 1.0 0 0 0 0 0 0 ") + stamp + " host " + std::to_string(i) + ".25\n";
+      text +=
+          std::string("FLASER 1 1.0 0 0 0 0 0 0 ") + stamp + " host " + std::to_string(i) + ".25\n";
     }
     const Read read = read_carmen(text);
     ASSERT_EQ(read.events.size(), 3u);
@@ -75,23 +81,28 @@ TEST(CarmenReader, OneRecordKeepsItsStamp) {
 TEST(CarmenReader, MountingFromTheTwoPoses) {
   std::string text;
   for (int i = 0; i < 300; ++i) text += flaser(0.1 * i, 100 + i, -0.04, 0.01 * i);
-  for (const Scan& scan : read_carmen(text).all<Scan>()) EXPECT_EQ(scan.T_robot_laser, (Pose2{-0.04, 0, 0}));
+  for (const Scan& scan : read_carmen(text).all<Scan>())
+    EXPECT_EQ(scan.T_robot_laser, (Pose2{-0.04, 0, 0}));
 }
 
 TEST(CarmenReader, PosesOfACorrectedLogAreNoMounting) {
   std::string text = "PARAM robot_frontlaser_offset 0.25 h 0\n";
   for (int i = 0; i < 300; ++i) text += flaser(0.1 * i, 100 + i, 0.002 * i);
-  for (const Scan& scan : read_carmen(text).all<Scan>()) EXPECT_EQ(scan.T_robot_laser, (Pose2{0.25, 0, 0}));
+  for (const Scan& scan : read_carmen(text).all<Scan>())
+    EXPECT_EQ(scan.T_robot_laser, (Pose2{0.25, 0, 0}));
 }
 
 TEST(CarmenReader, MountingFromTheParameterWhereThePosesAreTheSame) {
-  const Read read = read_carmen("PARAM robot_frontlaser_offset 0.11 h 0\nPARAM robot_frontlaser_side_offset 0.02\n" + flaser(0, 100));
+  const Read read = read_carmen(
+      "PARAM robot_frontlaser_offset 0.11 h 0\nPARAM robot_frontlaser_side_offset 0.02\n" +
+      flaser(0, 100));
   EXPECT_EQ(read.all<Scan>()[0].T_robot_laser, (Pose2{0.11, 0.02, 0}));
 }
 
 TEST(CarmenReader, ARearLaserLooksBackwards) {
   for (const char* offset : {"0.2", "-0.2"}) {
-    const Read read = read_carmen(std::string("PARAM robot_rearlaser_offset ") + offset + " h 0\n" + flaser(0, 100, 0, 0, "RLASER"));
+    const Read read = read_carmen(std::string("PARAM robot_rearlaser_offset ") + offset + " h 0\n" +
+                                  flaser(0, 100, 0, 0, "RLASER"));
     const Scan scan = read.all<Scan>()[0];
     EXPECT_EQ(scan.laser, 1);
     EXPECT_EQ(scan.T_robot_laser, (Pose2{-0.2, 0, kPi}));
@@ -102,7 +113,8 @@ TEST(CarmenReader, ARearLaserLooksBackwards) {
 
 TEST(CarmenReader, NoReturnCodesOfOldSickLasers) {
   for (const char* code : {"79.9", "80.0", "81.83", "81.90", "81.91", "90", "1000"}) {
-    const Read read = read_carmen(std::string("FLASER 3 1.00 79.50 ") + code + " 0 0 0 0 0 0 1 h 1\n");
+    const Read read =
+        read_carmen(std::string("FLASER 3 1.00 79.50 ") + code + " 0 0 0 0 0 0 1 h 1\n");
     const auto ranges = read.all<Scan>()[0].ranges;
     EXPECT_EQ(ranges[2], kNoReturn) << code;
     EXPECT_EQ(ranges[1], 79.5f) << code;
@@ -110,7 +122,8 @@ TEST(CarmenReader, NoReturnCodesOfOldSickLasers) {
 }
 
 TEST(CarmenReader, TheParameterSaysTheLongestRange) {
-  const Read read = read_carmen("PARAM robot_front_laser_max 50.0 h 0\nFLASER 3 1.00 49.99 50.00 0 0 0 0 0 0 1 h 1\n");
+  const Read read = read_carmen(
+      "PARAM robot_front_laser_max 50.0 h 0\nFLASER 3 1.00 49.99 50.00 0 0 0 0 0 0 1 h 1\n");
   const Scan scan = read.all<Scan>()[0];
   EXPECT_EQ(scan.ranges[1], 49.99f);
   EXPECT_EQ(scan.ranges[2], kNoReturn);
@@ -129,8 +142,8 @@ TEST(CarmenReader, AStatedMaximumRangeCountsAlsoInTheMillimetreMode) {
 /// A corridor end that comes nearer, and beams that never come back.
 std::string driving_scan(int i, const char* code) {
   char line[400];
-  std::snprintf(line, sizeof line, "FLASER 5 1.0%d %s %s %.2f 1.20 %.2f 0 0 %.2f 0 0 %d.5 h %d\n", i % 7, code, code,
-                40 - 0.1 * i, 0.1 * i, 0.1 * i, 100 + i, i);
+  std::snprintf(line, sizeof line, "FLASER 5 1.0%d %s %s %.2f 1.20 %.2f 0 0 %.2f 0 0 %d.5 h %d\n",
+                i % 7, code, code, 40 - 0.1 * i, 0.1 * i, 0.1 * i, 100 + i, i);
   return line;
 }
 
@@ -160,7 +173,8 @@ TEST(CarmenReader, ACodeThatAppearsLateIsFoundAndSaid) {
 
 TEST(CarmenReader, TheResolutionParameterBeatsTheCount) {
   const auto scan_with = [](const std::string& degrees, int beams) {
-    std::string text = "PARAM laser_front_laser_resolution " + degrees + " h 0\nFLASER " + std::to_string(beams);
+    std::string text =
+        "PARAM laser_front_laser_resolution " + degrees + " h 0\nFLASER " + std::to_string(beams);
     for (int i = 0; i < beams; ++i) text += " 1.0";
     return read_carmen(text + " 0 0 0 0 0 0 1 h 1\n");
   };
@@ -173,7 +187,9 @@ TEST(CarmenReader, TheResolutionParameterBeatsTheCount) {
 }
 
 TEST(CarmenReader, BeamCountsMayChange) {
-  const Read read = read_carmen("FLASER 2 1 2 0 0 0 0 0 0 1 h 1\nFLASER 1 1 0 0 0 0 0 0 2 h 2\nFLASER 3 1 2 3 0 0 0 0 0 0 3 h 3\n");
+  const Read read = read_carmen(
+      "FLASER 2 1 2 0 0 0 0 0 0 1 h 1\nFLASER 1 1 0 0 0 0 0 0 2 h 2\nFLASER 3 1 2 3 0 0 0 0 0 0 3 "
+      "h 3\n");
   const auto scans = read.all<Scan>();
   ASSERT_EQ(scans.size(), 3u);
   EXPECT_EQ(scans[1].ranges.size(), 1u);
@@ -218,8 +234,8 @@ TEST(CarmenReader, FixesAreMetresFromTheFirst) {
 }
 
 TEST(CarmenReader, DamageIsCountedWithItsFirstLine) {
-  const Read read = read_carmen("# CARMEN Logfile\n" + flaser(0, 100) + "ODOM 1 2\n" + "what is this\n" + "ODOM 3 x\n" +
-                                flaser(0, 101) + "and this\n");
+  const Read read = read_carmen("# CARMEN Logfile\n" + flaser(0, 100) + "ODOM 1 2\n" +
+                                "what is this\n" + "ODOM 3 x\n" + flaser(0, 101) + "and this\n");
   EXPECT_EQ(read.events.size(), 2u);
   EXPECT_EQ(read.noticed("unreadable number"), 2);
   EXPECT_EQ(read.first_line("unreadable number"), 3);
@@ -246,7 +262,8 @@ TEST(CarmenReader, PackedLogsAreTheSameLogs) {
   for (const std::string& packed : {testing::gzip(text), testing::bzip2(text)}) {
     const auto events = read_carmen(packed).events;
     ASSERT_EQ(events.size(), plain.size());
-    for (std::size_t i = 0; i < events.size(); ++i) EXPECT_EQ(time_of(events[i]), time_of(plain[i]));
+    for (std::size_t i = 0; i < events.size(); ++i)
+      EXPECT_EQ(time_of(events[i]), time_of(plain[i]));
   }
 }
 

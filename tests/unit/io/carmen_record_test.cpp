@@ -53,7 +53,8 @@ TEST(CarmenLine, RlaserIsTheSecondLaser) {
 }
 
 TEST(CarmenLine, RawLaser) {
-  const auto r = parse("RAWLASER3 0 -1.570796 3.141593 0.017453 81.9 0.01 1 3 1.0 2.0 3.0 3 7 8 9 5.5 host 0.5");
+  const auto r = parse(
+      "RAWLASER3 0 -1.570796 3.141593 0.017453 81.9 0.01 1 3 1.0 2.0 3.0 3 7 8 9 5.5 host 0.5");
   ASSERT_EQ(r.kind, Kind::event);
   const auto& s = std::get<Scan>(r.event);
   EXPECT_EQ(s.laser, 2);
@@ -116,7 +117,8 @@ TEST(CarmenLine, Truepos) {
 }
 
 TEST(CarmenLine, NmeaGga) {
-  const auto r = parse("NMEAGGA 1 120000.0 4800.6000 N 00751.0000 W 1 8 1.2 0 250.5 0 0 0 9.5 host 0.5");
+  const auto r =
+      parse("NMEAGGA 1 120000.0 4800.6000 N 00751.0000 W 1 8 1.2 0 250.5 0 0 0 9.5 host 0.5");
   ASSERT_EQ(r.kind, Kind::event) << r.problem;
   EXPECT_NEAR(r.latitude, 48.01, 1e-9);
   EXPECT_NEAR(r.longitude, -7.85, 1e-9);
@@ -138,7 +140,8 @@ TEST(CarmenLine, FixesWithoutAFixAreLeftOut) {
 }
 
 TEST(CarmenLine, Param) {
-  const std::string line = "PARAM robot_frontlaser_offset -0.04 1071078718.462495 merci 1071078718.462494";
+  const std::string line =
+      "PARAM robot_frontlaser_offset -0.04 1071078718.462495 merci 1071078718.462494";
   const auto r = parse(line);
   EXPECT_EQ(r.kind, Kind::param);
   EXPECT_EQ(r.name, "robot_frontlaser_offset");
@@ -146,25 +149,27 @@ TEST(CarmenLine, Param) {
 }
 
 TEST(CarmenLine, WhatIsOfNoUseIsPassedInSilence) {
-  for (const char* line : {"", "   ", "# CARMEN Logfile", "SYNC x 1 h 1", "IMU 1 2 3", "SONAR 1 2", "COMMENT hello",
-                           "BUMPER 0", "GLOBALPOS 1 2 3 4 5 6 1 h 1"}) {
+  for (const char* line : {"", "   ", "# CARMEN Logfile", "SYNC x 1 h 1", "IMU 1 2 3", "SONAR 1 2",
+                           "COMMENT hello", "BUMPER 0", "GLOBALPOS 1 2 3 4 5 6 1 h 1"}) {
     EXPECT_EQ(parse(line).kind, Kind::nothing) << line;
   }
 }
 
 TEST(CarmenLine, UnknownNamesAreUnknown) {
-  for (const char* line : {"HELLO 1 2 3", "ROBOTLASER3 0", "RAWLASER6 0", "LASER", "flaser 1", "ODOMX 1"}) {
+  for (const char* line :
+       {"HELLO 1 2 3", "ROBOTLASER3 0", "RAWLASER6 0", "LASER", "flaser 1", "ODOMX 1"}) {
     EXPECT_EQ(parse(line).kind, Kind::unknown) << line;
   }
 }
 
 TEST(CarmenLine, DamageIsNamed) {
-  for (const char* line : {
-           "ODOM 1 2", "ODOM 1 2 x 0 0 0 1 h 1", "ODOM 1 2 nan 0 0 0 1 h 1", "ODOM 1 2 3 0 0 0", "ODOM 1 2 3 0 0 0 nohost",
-           "FLASER", "FLASER x 1 2", "FLASER 0 0 0 0 0 0 0 1 h 1", "FLASER -3 1 2 3", "FLASER 99999999999 1 2 3",
-           "FLASER 3 1 2", "FLASER 3 1 2 3", "FLASER 2 1 2 0 0 0 0 0 inf 1 h 1",
-           "FLASER 1 1.0 2.0 3.0 4.0 0 0 0 0 0 0 1 h 1", "RAWLASER1 0 0", "RAWLASER1 0 0 0 0 0 0 0 2 1 1 9 1 h 1",
-           "TRUEPOS 1 2 3 4 5", "LASER3 2 1"}) {
+  for (const char* line :
+       {"ODOM 1 2", "ODOM 1 2 x 0 0 0 1 h 1", "ODOM 1 2 nan 0 0 0 1 h 1", "ODOM 1 2 3 0 0 0",
+        "ODOM 1 2 3 0 0 0 nohost", "FLASER", "FLASER x 1 2", "FLASER 0 0 0 0 0 0 0 1 h 1",
+        "FLASER -3 1 2 3", "FLASER 99999999999 1 2 3", "FLASER 3 1 2", "FLASER 3 1 2 3",
+        "FLASER 2 1 2 0 0 0 0 0 inf 1 h 1", "FLASER 1 1.0 2.0 3.0 4.0 0 0 0 0 0 0 1 h 1",
+        "RAWLASER1 0 0", "RAWLASER1 0 0 0 0 0 0 0 2 1 1 9 1 h 1", "TRUEPOS 1 2 3 4 5",
+        "LASER3 2 1"}) {
     const auto r = parse(line);
     EXPECT_EQ(r.kind, Kind::damaged) << line;
     ASSERT_NE(r.problem, nullptr) << line;
@@ -181,7 +186,8 @@ TEST(CarmenLine, BadRangesAreMarkedAndCounted) {
 }
 
 TEST(CarmenLine, TheTrailerMayBeShortOrLong) {
-  for (const char* trailer : {"1.5", "1.5 host", "1.5 host 0.5", "1.5 host 0.5 junk", "1.5 host junk"}) {
+  for (const char* trailer :
+       {"1.5", "1.5 host", "1.5 host 0.5", "1.5 host 0.5 junk", "1.5 host junk"}) {
     const auto r = parse(std::string("ODOM 1 2 3 0 0 0 ") + trailer);
     EXPECT_EQ(r.kind, Kind::event) << trailer;
     EXPECT_EQ(time_of(r.event), 1500000000) << trailer;
@@ -198,7 +204,8 @@ TEST(CarmenLine, WhereTheFileEndsAStampMayHaveLostDigits) {
 
 TEST(CarmenLine, ACountThatIsWrongByAFewIsNoticed) {
   for (const int count : {1, 2, 3, 5, 6, 7, 8}) {
-    const auto line = "FLASER " + std::to_string(count) + " 1.1 1.2 1.3 1.4 0 0 0 0.5 0.6 0.7 99.5 nohost 0.1";
+    const auto line =
+        "FLASER " + std::to_string(count) + " 1.1 1.2 1.3 1.4 0 0 0 0.5 0.6 0.7 99.5 nohost 0.1";
     EXPECT_EQ(parse(line).kind, Kind::damaged) << count;
   }
   EXPECT_EQ(parse("FLASER 4 1.1 1.2 1.3 1.4 0 0 0 0.5 0.6 0.7 99.5 nohost 0.1").kind, Kind::event);
@@ -209,13 +216,24 @@ TEST(Geometry, ByNumberOfBeams) {
     std::size_t beams;
     double start, step, last;  // degrees
   };
-  for (const Case c : {Case{180, -90, 1, 89}, {181, -90, 1, 90}, {360, -90, 0.5, 89.5}, {361, -90, 0.5, 90},
-                       {401, -50, 0.25, 50}, {400, -50, 0.25, 49.75}, {101, -50, 1, 50}, {201, -50, 0.5, 50},
-                       {541, -135, 0.5, 135}, {1081, -135, 0.25, 135}, {91, -90, 2, 90}, {1, -90, 0, -90}}) {
+  for (const Case c : {Case{180, -90, 1, 89},
+                       {181, -90, 1, 90},
+                       {360, -90, 0.5, 89.5},
+                       {361, -90, 0.5, 90},
+                       {401, -50, 0.25, 50},
+                       {400, -50, 0.25, 49.75},
+                       {101, -50, 1, 50},
+                       {201, -50, 0.5, 50},
+                       {541, -135, 0.5, 135},
+                       {1081, -135, 0.25, 135},
+                       {91, -90, 2, 90},
+                       {1, -90, 0, -90}}) {
     const auto g = geometry_by_count(c.beams);
     EXPECT_NEAR(degrees(g.start_angle), c.start, 1e-9) << c.beams;
     EXPECT_NEAR(degrees(g.angle_step), c.step, 1e-9) << c.beams;
-    EXPECT_NEAR(degrees(g.start_angle + g.angle_step * static_cast<double>(c.beams - 1)), c.last, 1e-9) << c.beams;
+    EXPECT_NEAR(degrees(g.start_angle + g.angle_step * static_cast<double>(c.beams - 1)), c.last,
+                1e-9)
+        << c.beams;
   }
 }
 
@@ -228,11 +246,13 @@ TEST(Geometry, ByStepAgreesWithTheKnownCounts) {
 
 TEST(LooksLikeCarmen, KnowsALogByAnyLine) {
   for (const std::string& text : std::vector<std::string>{
-       "FLASER 180 1.0", "junk\nmore junk\nODOM 1 2 3\n", "# CARMEN Logfile\n", "PARAM robot_length 1\n",
-        "RAWLASER2 0 1", "# x\n\nROBOTLASER1 0", "NMEAGGA 1"}) {
+           "FLASER 180 1.0", "junk\nmore junk\nODOM 1 2 3\n", "# CARMEN Logfile\n",
+           "PARAM robot_length 1\n", "RAWLASER2 0 1", "# x\n\nROBOTLASER1 0", "NMEAGGA 1"}) {
     EXPECT_TRUE(looks_like_carmen(text)) << text;
   }
-  for (const std::string& text : std::vector<std::string>{"", "hello", "ODOM\n", "ODOMETER 5", "A FLASER 1", "#ROSBAG V2.0\n", "PARAM", "FLASER x"}) {
+  for (const std::string& text :
+       std::vector<std::string>{"", "hello", "ODOM\n", "ODOMETER 5", "A FLASER 1", "#ROSBAG V2.0\n",
+                                "PARAM", "FLASER x"}) {
     EXPECT_FALSE(looks_like_carmen(text)) << text;
   }
 }

@@ -40,7 +40,8 @@ TEST(LineReader, KeepsLinesWholeAcrossBlocks) {
   std::string text;
   std::vector<std::string> expected;
   for (int i = 0; i < 3000; ++i) {
-    expected.push_back(std::string(static_cast<std::size_t>(i % 701), static_cast<char>('a' + i % 26)));
+    expected.push_back(
+        std::string(static_cast<std::size_t>(i % 701), static_cast<char>('a' + i % 26)));
     text += expected.back() + "\n";
   }
   auto reader = reader_of(text);
@@ -49,7 +50,8 @@ TEST(LineReader, KeepsLinesWholeAcrossBlocks) {
 }
 
 TEST(LineReader, PassesOverLongLinesAndKeepsCountingLines) {
-  auto reader = reader_of("ok\n" + std::string(101, 'x') + "\n" + std::string(100, 'y') + "\nend\n", 100);
+  auto reader =
+      reader_of("ok\n" + std::string(101, 'x') + "\n" + std::string(100, 'y') + "\nend\n", 100);
   EXPECT_EQ(lines_of(reader), (std::vector<std::string>{"ok", std::string(100, 'y'), "end"}));
   EXPECT_EQ(reader.line(), 4);
   const auto report = reader.report();
@@ -64,7 +66,8 @@ TEST(LineReader, PassesOverLinesThatDoNotFitTheBuffer) {
     EXPECT_EQ(reader.report().entries().begin()->second.count, 1);
     EXPECT_EQ(reader.line(), 2);
   }
-  auto reader = reader_of(std::string(5'000'000, 'x') + "\nb\n" + std::string(2'000'000, 'y') + "\nc");
+  auto reader =
+      reader_of(std::string(5'000'000, 'x') + "\nb\n" + std::string(2'000'000, 'y') + "\nc");
   EXPECT_EQ(lines_of(reader), (std::vector<std::string>{"b", "c"}));
   EXPECT_EQ(reader.report().entries().begin()->second.count, 2);
 }

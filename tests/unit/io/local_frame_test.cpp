@@ -27,7 +27,8 @@ TEST(LocalFrame, SmallStepsFollowTheRadiiOfCurvature) {
     const double meridian = a * a * b * b / std::pow(w, 1.5), normal = a * a / std::sqrt(w);
     const LocalFrame frame(latitude, 151.2, 0);
     const double d = 1e-5;  // degrees, about a metre
-    const Vec2 north = frame.east_north(latitude + d, 151.2, 0), east = frame.east_north(latitude, 151.2 + d, 0);
+    const Vec2 north = frame.east_north(latitude + d, 151.2, 0),
+               east = frame.east_north(latitude, 151.2 + d, 0);
     EXPECT_NEAR(north.y(), meridian * radians(d), 1e-5);
     EXPECT_NEAR(north.x(), 0, 1e-5);
     EXPECT_NEAR(east.x(), normal * c * radians(d), 1e-5);

@@ -41,7 +41,8 @@ Scan measure(const Hall& hall, const Pose2& pose, RandomStream& random, bool wit
   return scan;
 }
 
-std::optional<float> find(const Hall& hall, const std::function<Pose2(int)>& path, int scans, bool with_odometry = true) {
+std::optional<float> find(const Hall& hall, const std::function<Pose2(int)>& path, int scans,
+                          bool with_odometry = true) {
   SaturationFinder finder;
   RandomStream random(3);
   for (int i = 0; i < scans; ++i) finder.add(measure(hall, path(i), random, with_odometry));
@@ -81,8 +82,15 @@ TEST(SaturationFinder, WallsAreNoCode) {
   for (const double noise : {0.0, 0.005, 0.01}) {
     EXPECT_FALSE(find({.noise = noise}, drive, 500).has_value()) << noise;
     EXPECT_FALSE(find({.noise = noise}, turn, 500).has_value()) << noise;
-    EXPECT_FALSE(find({.length = 20, .width = 2.5, .noise = noise}, [](int i) { return Pose2{1 + 0.03 * i, 1.2, 0}; }, 500)) << noise;
-    EXPECT_FALSE(find({.length = 30, .width = 30, .noise = noise}, drive, 200).has_value()) << noise;
+    EXPECT_FALSE(find(
+        {.length = 20, .width = 2.5, .noise = noise},
+        [](int i) {
+          return Pose2{1 + 0.03 * i, 1.2, 0};
+        },
+        500))
+        << noise;
+    EXPECT_FALSE(find({.length = 30, .width = 30, .noise = noise}, drive, 200).has_value())
+        << noise;
   }
 }
 
@@ -113,7 +121,9 @@ TEST(SaturationFinder, OddValuesDoNoHarm) {
   for (int i = 0; i < 100; ++i) {
     Scan scan;
     scan.max_range = 1e30f;
-    scan.ranges = {kInvalidRange, kNoReturn, -1.0f, 0.0f, 1e20f, 99.999f - static_cast<float>(i) * 0.1f, 0.001f};
+    scan.ranges = {kInvalidRange, kNoReturn, -1.0f,
+                   0.0f,          1e20f,     99.999f - static_cast<float>(i) * 0.1f,
+                   0.001f};
     scan.T_odom_robot = i % 2 ? Pose2{1e300, 0, 0} : Pose2{};
     finder.add(scan);
   }

@@ -21,7 +21,8 @@ const std::string kScan = "FLASER 2 1.00 2.00 0 0 0 0 0 0 1.5 host 0.5\n";
 
 class OpenLog : public ::testing::Test {
  protected:
-  OpenLog() : folder_(fs::path(::testing::TempDir()) / ("majak_open_log_" + std::to_string(::getpid()))) {
+  OpenLog()
+      : folder_(fs::path(::testing::TempDir()) / ("majak_open_log_" + std::to_string(::getpid()))) {
     fs::create_directories(folder_);
   }
   ~OpenLog() override { fs::remove_all(folder_); }

@@ -46,7 +46,8 @@ TEST(VictoriaPark, ScansStandInARowWithoutLineEnds) {
 }
 
 TEST(VictoriaPark, TheSpeedIsThatOfTheAxle) {
-  const auto motion = read_park("", "0.973\t 2.000\t 0.0000\r\n0.998\t 2.000\t 0.5\r\n").all<WheelMotion>();
+  const auto motion =
+      read_park("", "0.973\t 2.000\t 0.0000\r\n0.998\t 2.000\t 0.5\r\n").all<WheelMotion>();
   ASSERT_EQ(motion.size(), 2u);
   EXPECT_EQ(motion[0].speed, 2.0);
   EXPECT_EQ(motion[1].time, 998000000);
@@ -70,13 +71,14 @@ std::string kinds(const Read& read) {
 }
 
 TEST(VictoriaPark, WithoutAnOrderRecordsAreMergedByTime) {
-  const Read read = read_park(scan_text(2) + "\t" + scan_text(4), "1 0 0\n3 0 0\n", "0 0 0\n5 0 0\n");
+  const Read read =
+      read_park(scan_text(2) + "\t" + scan_text(4), "1 0 0\n3 0 0\n", "0 0 0\n5 0 0\n");
   EXPECT_EQ(kinds(read), "GWSWSG");
 }
 
 TEST(VictoriaPark, TheOrderFileDecides) {
-  const Read read = read_park(scan_text(2) + "\t" + scan_text(4), "1 0 0\n3 0 0\n", "0 0 0\n5 0 0\n",
-                              "2 3 1\n1 2 1\n3 2 2\n0 1 1\n4 3 2\n5 1 2\n");
+  const Read read = read_park(scan_text(2) + "\t" + scan_text(4), "1 0 0\n3 0 0\n",
+                              "0 0 0\n5 0 0\n", "2 3 1\n1 2 1\n3 2 2\n0 1 1\n4 3 2\n5 1 2\n");
   EXPECT_EQ(kinds(read), "SWWGSG");
 }
 
