@@ -29,7 +29,8 @@ LikelihoodPyramid::LikelihoodPyramid(const map::SurfelMap& map, const Vec2& cent
     y0_ = std::min<double>(y0_, s.y), y1 = std::max<double>(y1, s.y);
   }
   if (near.empty()) x0_ = x1 = centre.x(), y0_ = y1 = centre.y();
-  margin_ = static_cast<int>(std::ceil(options.max_translation / options.cell)) + (1 << kLevels);
+  // A point that may meet a surface lies up to `reach` cells off it and is moved by `reach` more.
+  margin_ = 2 * static_cast<int>(std::ceil(options.max_translation / options.cell)) + (1 << kLevels);
   x0_ -= margin_ * options.cell, y0_ -= margin_ * options.cell;
   width_ = column(x1) + margin_ + 1;
   height_ = row(y1) + margin_ + 1;
@@ -168,6 +169,18 @@ Selection select(const ScanPoints& points, double radius, int max_points) {
 }
 
 }  // namespace
+
+double likelihood(const ScanPoints& points, const LikelihoodPyramid& pyramid, const Pose2& T_map_robot, int max_points) {
+  const Selection used = select(points, pyramid.options().radius, max_points);
+  const double c = std::cos(T_map_robot.theta), s = std::sin(T_map_robot.theta);
+  int sum = 0;
+  for (const std::size_t i : used.index) {
+    const int column = pyramid.column(T_map_robot.x + c * points.x[i] - s * points.y[i]);
+    const int row = pyramid.row(T_map_robot.y + s * points.x[i] + c * points.y[i]);
+    if (pyramid.near(column, row, 0)) sum += pyramid.level(0)[row * pyramid.width() + column];
+  }
+  return used.index.empty() ? 0 : sum / (255.0 * static_cast<double>(used.index.size()));
+}
 
 std::optional<CorrelativeMatch> search(const ScanPoints& points, const LikelihoodPyramid& pyramid, const Pose2& around,
                                        const SearchWindow& window, double min_score, int max_points) {

@@ -51,6 +51,9 @@ class LikelihoodPyramid {
   std::vector<std::uint8_t> values_;
 };
 
+/// Mean likelihood of the points at a pose, 0 ... 1, as search() measures it.
+double likelihood(const ScanPoints& points, const LikelihoodPyramid& pyramid, const Pose2& T_map_robot, int max_points = 120);
+
 /// Half widths of the search about the given pose.
 struct SearchWindow {
   double translation = 0.5;  ///< m, in x and in y

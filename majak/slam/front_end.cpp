@@ -5,8 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "majak/match/correlative.hpp"
-
 namespace majak::slam {
 namespace {
 
@@ -27,24 +25,29 @@ FrontEndStep FrontEnd::add(const Scan& scan, const std::optional<MotionPrior>& m
   if (started_ && points.size() >= 10) {
     const MotionPrior prior = motion ? *motion : MotionPrior{constant_velocity(scan.time), 2 * surprise_translation_, 2 * surprise_rotation_};
     step.match = track(points, prior);
-    for (const double factor : {1.0, 3.0}) {
-      if (step.match.score >= options_.trusted_score) break;
-      step.match = search_window(points, step.match, prior, factor);
+    if (step.match.score < options_.trusted_score) {
+      step.match = recover(points, step.match, prior, to_seconds(scan.time - last_time_) > options_.gap);
       step.searched = true;
     }
+    poor_ = step.match.score < options_.weak_score ? poor_ + 1 : 0;
+    step.broken = poor_ >= options_.patience;
+    if (step.broken) begin_again();
+    // A scan that fits nowhere tells nothing: the wheels do, or the robot is taken to stand still.
+    if (poor_ > 0 && step.match.score < 0.5 * options_.weak_score)
+      step.match.T_map_robot = motion ? previous * motion->T_previous_robot : previous;
     pose_ = step.match.T_map_robot;
     step.prior_information = information_of(prior);
     if (!motion && !step.searched) learn_surprise(between(pose_, previous * prior.T_previous_robot));
   } else if (motion) {
     pose_ = pose_ * motion->T_previous_robot;
   }
-  motion_ = between(previous, pose_);
+  motion_ = poor_ == 0 ? between(previous, pose_) : Pose2{};
   motion_time_ = scan.time - last_time_;
   last_time_ = scan.time;
   step.T_map_robot = pose_;
 
   const Pose2 since_key = between(last_key_, pose_);
-  step.key = points.size() >= 10 && (!started_ || std::hypot(since_key.x, since_key.y) > options_.key_distance ||
+  step.key = points.size() >= 10 && (!started_ || step.broken || std::hypot(since_key.x, since_key.y) > options_.key_distance ||
              std::abs(since_key.theta) > options_.key_turn);
   if (step.key) {
     step.key_points = match::scan_points(scan, options_.points, true, directions_);
@@ -74,17 +77,30 @@ match::Match FrontEnd::track(const match::ScanPoints& points, const MotionPrior&
   return match::align(points, active_, prior, options_.align);
 }
 
+match::Match FrontEnd::recover(const match::ScanPoints& points, match::Match tracked, const MotionPrior& motion, bool gap) {
+  tracked = search_window(points, tracked, motion, {options_.search_translation, options_.search_rotation});
+  if (tracked.score >= options_.weak_score) return tracked;
+  return search_window(points, tracked, motion, {options_.wide_translation, gap ? kPi : options_.wide_rotation});
+}
+
 match::Match FrontEnd::search_window(const match::ScanPoints& points, const match::Match& tracked,
-                                     const MotionPrior& motion, double factor) {
-  const match::SearchWindow window{factor * options_.search_translation, factor * options_.search_rotation};
+                                     const MotionPrior& motion, const match::SearchWindow& window) {
   const match::LikelihoodPyramid pyramid(active_, pose_.translation(), {.max_translation = window.translation});
-  const auto found = match::search(points, pyramid, pose_ * motion.T_previous_robot, window, tracked.score * 0.5);
+  const auto found = match::search(points, pyramid, pose_ * motion.T_previous_robot, window,
+                                   match::likelihood(points, pyramid, tracked.T_map_robot) + 0.02);
   if (!found) return tracked;
   match::PosePrior prior;
   prior.T_map_robot = found->T_map_robot;
   prior.information.diagonal() << 100, 100, 100;
   const match::Match refined = match::align(points, active_, prior, options_.align);
   return refined.score > tracked.score + 0.05 ? refined : tracked;
+}
+
+void FrontEnd::begin_again() {
+  active_.clear();
+  next_.clear();
+  active_keys_ = next_keys_ = 0;
+  poor_ = 0;
 }
 
 void FrontEnd::insert(const match::ScanPoints& points, const Pose2& pose) {

@@ -7,6 +7,7 @@
 
 #include "majak/core/event.hpp"
 #include "majak/map/surfel_map.hpp"
+#include "majak/match/correlative.hpp"
 #include "majak/match/point_to_line.hpp"
 #include "majak/match/scan_points.hpp"
 
@@ -18,8 +19,12 @@ struct FrontEndOptions {
   int local_map_keys = 20;      ///< a local map holds this many to twice as many key scans
   double trusted_score = 0.75;  ///< share of matched points below which the window is searched
   double weak_score = 0.6;      ///< share below which the step is not to be trusted at all
-  double search_translation = 0.6;  ///< m, half width of that search without odometry
+  double search_translation = 0.6;  ///< m, half width of that search
   double search_rotation = 0.5;     ///< rad
+  double wide_translation = 1.8;    ///< m, half width where that was not enough
+  double wide_rotation = 0.9;       ///< rad
+  double gap = 1.0;                 ///< s, after such a time without scans all headings are searched
+  int patience = 2;                 ///< poor scans in a row after which a new local map is begun
   match::ScanPointsOptions points;
   match::AlignOptions align;
   map::SurfelMapOptions map;
@@ -39,6 +44,7 @@ struct FrontEndStep {
   bool key = false;
   match::ScanPoints key_points;  ///< of a key scan, with normals
   bool searched = false;  ///< the prediction was no use, the window was searched
+  bool broken = false;    ///< nothing fitted: a new local map begins here
 };
 
 class FrontEnd {
@@ -53,7 +59,9 @@ class FrontEnd {
   void learn_surprise(const Pose2& error);
   match::Match track(const match::ScanPoints& points, const MotionPrior& motion);
   match::Match search_window(const match::ScanPoints& points, const match::Match& tracked, const MotionPrior& motion,
-                             double factor);
+                             const match::SearchWindow& window);
+  match::Match recover(const match::ScanPoints& points, match::Match tracked, const MotionPrior& motion, bool gap);
+  void begin_again();
   void insert(const match::ScanPoints& points, const Pose2& pose);
 
   FrontEndOptions options_;
@@ -64,6 +72,7 @@ class FrontEnd {
   Duration motion_time_ = 0;
   Time last_time_ = 0;
   double surprise_translation_ = 0.05, surprise_rotation_ = 0.05;  // rms error of constant velocity
+  int poor_ = 0;  // scans in a row that did not fit
   bool started_ = false;
   match::BeamDirections directions_;
 };

@@ -47,7 +47,7 @@ void GraphSlam::process(std::size_t index) {
     posed.T_odom_robot = odometry_.pose(index);
   }
   FrontEndStep step = front_end_.add(posed.scan, motion);
-  const bool weak = index > 0 && step.match.score < options_.front_end.weak_score;
+  const bool weak = index > 0 && (step.broken || step.match.score < options_.front_end.weak_score);
   posed.T_map_robot_front_end = step.T_map_robot;
   if (index > 0)
     odometry_.observe(index, between(site_.scans[index - 1].T_map_robot_front_end, step.T_map_robot), !weak && !step.searched);
