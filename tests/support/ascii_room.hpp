@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // A room that one can see in the test, and scans of it:
 //
-//   const AsciiRoom room({"########",
-//                         "#......#",
-//                         "#.a.o..#",
-//                         "########"});
-//   const Scan scan = room.scan({room.place('a').x(), room.place('a').y(), 0});
+//   const AsciiRoom room({
+//       "########",
+//       "#......#",
+//       "#.a.o..#",
+//       "########",
+//   });
+//   const Scan scan = room.scan(room.pose('a', radians(30)));
 //
 // '#' is a solid square, 'o' a pole, '.' and ' ' are floor; any other character is floor with a
 // name. Frame "map": the last line lies on y = 0, x to the right, metres.

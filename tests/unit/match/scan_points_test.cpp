@@ -113,9 +113,15 @@ TEST(ScanPoints, NothingFromNothing) {
 // Normals.
 
 const AsciiRoom& room() {
-  static const AsciiRoom r({"################", "#..............#", "#..............#",
-                            "#.....a........#", "#..............#", "#..............#",
-                            "################"});
+  static const AsciiRoom r({
+      "################",
+      "#..............#",
+      "#..............#",
+      "#.....a........#",
+      "#..............#",
+      "#..............#",
+      "################",
+  });
   return r;
 }
 
@@ -196,7 +202,13 @@ TEST(ScanPoints, ACornerTurnsFromOneWallToTheNext) {
 
 TEST(ScanPoints, TheNormalLooksAtTheLaserNotAtTheRobot) {
   // The laser sits 3 m ahead and looks back: the wall between it and the robot faces the laser.
-  const AsciiRoom wall({"....#....", "....#....", "a...#..l.", "....#....", "....#...."});
+  const AsciiRoom wall({
+      "....#....",
+      "....#....",
+      "a...#..l.",
+      "....#....",
+      "....#....",
+  });
   Laser laser;
   laser.T_robot_laser = between(wall.pose('a'), wall.pose('l', kPi));
   laser.field_of_view = radians(60);
@@ -209,7 +221,13 @@ TEST(ScanPoints, TheNormalLooksAtTheLaserNotAtTheRobot) {
 }
 
 TEST(ScanPoints, APoleIsATargetWithoutANormal) {
-  const AsciiRoom field({".......", "...o...", ".......", ".......", "...a..."});
+  const AsciiRoom field({
+      ".......",
+      "...o...",
+      ".......",
+      ".......",
+      "...a...",
+  });
   const ScanPoints points =
       scan_points(field.scan(field.pose('a', kPi / 2), all_around(1440)), {}, true);
   ASSERT_GT(points.size(), 5U);
