@@ -44,7 +44,7 @@ struct Run {
 };
 
 Json to_json(const eval::ErrorStats& s, double scale) {
-  return {{"count", s.count},          {"mean", scale * s.mean}, {"sigma", scale * s.sigma},
+  return {{"count", s.count},           {"mean", scale * s.mean}, {"sigma", scale * s.sigma},
           {"median", scale * s.median}, {"rms", scale * s.rms},   {"max", scale * s.max}};
 }
 
@@ -53,10 +53,11 @@ void print_errors(const char* name, const eval::ErrorStats& m, const eval::Error
     fmt::print("  {:<22} none\n", name);
     return;
   }
-  fmt::print("  {:<22} {:>7}   {:.4f} +- {:.4f} m (median {:.4f}, max {:.3f})   "
-             "{:.3f} +- {:.3f} deg (median {:.3f}, max {:.2f})\n",
-             name, m.count, m.mean, m.sigma, m.median, m.max, degrees(rad.mean), degrees(rad.sigma),
-             degrees(rad.median), degrees(rad.max));
+  fmt::print(
+      "  {:<22} {:>7}   {:.4f} +- {:.4f} m (median {:.4f}, max {:.3f})   "
+      "{:.3f} +- {:.3f} deg (median {:.3f}, max {:.2f})\n",
+      name, m.count, m.mean, m.sigma, m.median, m.max, degrees(rad.mean), degrees(rad.sigma),
+      degrees(rad.median), degrees(rad.max));
 }
 
 Json errors_json(const eval::ErrorStats& m, const eval::ErrorStats& rad) {
@@ -65,7 +66,8 @@ Json errors_json(const eval::ErrorStats& m, const eval::ErrorStats& rad) {
 
 void warn(const Report& report) {
   for (const auto& [what, entry] : report.entries()) {
-    fmt::print(stderr, "majak: {} ({} times, first in line {})\n", what, entry.count, entry.first_line);
+    fmt::print(stderr, "majak: {} ({} times, first in line {})\n", what, entry.count,
+               entry.first_line);
   }
 }
 
@@ -79,8 +81,9 @@ Json relation_result_json(const eval::RelationResult& r) {
 }
 
 void print_relation_result(const char* frame, const eval::RelationResult& r, bool better) {
-  fmt::print("between {} poses{}: {} relations at exact stamps, {} interpolated, {} without a pose\n",
-             frame, better ? " (the better frame)" : "", r.exact, r.interpolated, r.unmatched);
+  fmt::print(
+      "between {} poses{}: {} relations at exact stamps, {} interpolated, {} without a pose\n",
+      frame, better ? " (the better frame)" : "", r.exact, r.interpolated, r.unmatched);
   print_errors("all", r.all.translation, r.all.rotation);
   print_errors("short (up to 20 s)", r.near.translation, r.near.rotation);
   print_errors("loop (over 20 s)", r.loop.translation, r.loop.rotation);
@@ -94,8 +97,9 @@ void print_worst(const eval::RelationResult& result, const std::vector<eval::Rel
   fmt::print("the worst:\n");
   for (std::size_t i = 0; i < std::min<std::size_t>(residuals.size(), 10); ++i) {
     const eval::Relation& r = relations[residuals[i].relation];
-    fmt::print("  line {:>5}   {:.6f} to {:.6f} s   {:.3f} m   {:.2f} deg\n", r.line, to_seconds(r.from),
-               to_seconds(r.to), residuals[i].translation, degrees(residuals[i].rotation));
+    fmt::print("  line {:>5}   {:.6f} to {:.6f} s   {:.3f} m   {:.2f} deg\n", r.line,
+               to_seconds(r.from), to_seconds(r.to), residuals[i].translation,
+               degrees(residuals[i].rotation));
   }
 }
 
@@ -103,7 +107,8 @@ Json evaluate_relations(const EvaluateOptions& options, const Run& run) {
   Report report;
   const auto relations = eval::read_relations(options.relations, report);
   warn(report);
-  const auto both = eval::evaluate_relations_in_both_frames(run.trajectory, run.T_robot_laser, relations);
+  const auto both =
+      eval::evaluate_relations_in_both_frames(run.trajectory, run.T_robot_laser, relations);
   if (both.best().residuals.empty()) {
     throw Error(fmt::format("{}: none of its stamps is in {}; do they belong to one log?",
                             options.relations, run.trajectory_file));
@@ -129,32 +134,38 @@ eval::Trajectory load_truth(const EvaluateOptions& options, const Run& run) {
     warn(report);
     return truth;
   }
-  if (!run.site) throw Error("--truth in-log needs a result folder with site.majak, not a .tum file");
+  if (!run.site)
+    throw Error("--truth in-log needs a result folder with site.majak, not a .tum file");
   if (run.site->truth.empty()) {
     throw Error(run.site->source_name + ": the log carries no truth; give a TUM file with --truth");
   }
   return eval::truth_of(run.site->truth);
 }
 
-Json evaluate_nees(const EvaluateOptions& options, const Site& site, const eval::Trajectory& truth) {
+Json evaluate_nees(const EvaluateOptions& options, const Site& site,
+                   const eval::Trajectory& truth) {
   std::vector<Estimate> estimates;
   for (const PosedScan& scan : site.scans) estimates.push_back(scan.estimate);
   const auto nees = eval::summarize_nees(eval::nees_of_run(estimates, truth));
   if (nees.count == 0) return nullptr;
   if (!options.json) {
-    fmt::print("NEES of {} poses: mean {:.2f} (3 expected), {:.1f} % within their own 95 % ellipse "
-               "(poses of one run hang together; the band of the mean is for many runs)\n",
-               nees.count, nees.mean, 100 * nees.inside_share);
+    fmt::print(
+        "NEES of {} poses: mean {:.2f} (3 expected), {:.1f} % within their own 95 % ellipse "
+        "(poses of one run hang together; the band of the mean is for many runs)\n",
+        nees.count, nees.mean, 100 * nees.inside_share);
   }
-  return {{"count", nees.count}, {"mean", nees.mean}, {"expected", 3}, {"inside_95", nees.inside_share}};
+  return {{"count", nees.count},
+          {"mean", nees.mean},
+          {"expected", 3},
+          {"inside_95", nees.inside_share}};
 }
 
 Json evaluate_truth(const EvaluateOptions& options, const Run& run) {
   const auto truth = load_truth(options, run);
   const auto associated = eval::associate(run.trajectory, truth);
   if (associated.pairs.empty()) {
-    throw Error(fmt::format("{}: no pose at the times of {}; do they belong to one log?", options.truth,
-                            run.trajectory_file));
+    throw Error(fmt::format("{}: no pose at the times of {}; do they belong to one log?",
+                            options.truth, run.trajectory_file));
   }
   const auto ate = eval::absolute_error(associated.pairs, options.alignment);
   const auto rpe = eval::relative_errors(associated.pairs, {1, 2, 5, 10, 20, 50, 100, 200, 500});
@@ -170,9 +181,10 @@ Json evaluate_truth(const EvaluateOptions& options, const Run& run) {
     json["rpe"].back().update(errors_json(r.translation, r.rotation));
   }
   if (!options.json) {
-    fmt::print("truth of {}: {} poses at exact stamps, {} interpolated, {} without truth, path {:.1f} m\n",
-               options.truth, associated.exact, associated.interpolated, associated.unmatched,
-               eval::path_length(associated.pairs));
+    fmt::print(
+        "truth of {}: {} poses at exact stamps, {} interpolated, {} without truth, path {:.1f} m\n",
+        options.truth, associated.exact, associated.interpolated, associated.unmatched,
+        eval::path_length(associated.pairs));
     print_errors("absolute (ATE)", ate.translation, ate.rotation);
     for (const auto& r : rpe) {
       print_errors(fmt::format("over {:g} m (RPE)", r.distance).c_str(), r.translation, r.rotation);
@@ -184,7 +196,8 @@ Json evaluate_truth(const EvaluateOptions& options, const Run& run) {
 }
 
 Json evaluate_map(const EvaluateOptions& options, const Run& run) {
-  if (!run.site) throw Error("without truth the map itself is measured: give a result folder with site.majak");
+  if (!run.site)
+    throw Error("without truth the map itself is measured: give a result folder with site.majak");
   const auto q = eval::measure_map_quality(*run.site);
   if (!options.json) {
     fmt::print("the map by itself ({} returns, {} examined)\n", q.points, q.samples);
@@ -194,9 +207,10 @@ Json evaluate_map(const EvaluateOptions& options, const Run& run) {
     if (q.revisit.count == 0) {
       fmt::print("  revisits               none\n");
     } else {
-      fmt::print("  revisits               median {:.4f} m from the earlier wall, {:.2f} % beyond 0.1 m "
-                 "({:.0f} % of the points are revisited)\n",
-                 q.revisit.median, 100 * q.revisit_beyond, 100 * q.revisited_share);
+      fmt::print(
+          "  revisits               median {:.4f} m from the earlier wall, {:.2f} % beyond 0.1 m "
+          "({:.0f} % of the points are revisited)\n",
+          q.revisit.median, 100 * q.revisit_beyond, 100 * q.revisited_share);
     }
   }
   return {{"points", q.points},
@@ -248,15 +262,20 @@ void add_evaluate(CLI::App& app) {
       "  majak evaluate out --relations intel.relations   against relations checked by hand\n"
       "  majak evaluate out --truth in-log                against the truth that the log carries\n"
       "  majak evaluate mine.tum --truth other.tum        any two trajectories");
-  command->add_option("run", options->run, "result folder, or a trajectory in TUM format")->required();
+  command->add_option("run", options->run, "result folder, or a trajectory in TUM format")
+      ->required();
   command->add_option("--relations", options->relations, "lines `t1 t2 x y z roll pitch yaw`");
   command->add_option("--truth", options->truth, "trajectory in TUM format, or in-log");
-  command->add_option("--mounting", options->mounting, "laser on the robot: m ahead, m to the left, degrees (default: from the result)")
+  command
+      ->add_option("--mounting", options->mounting,
+                   "laser on the robot: m ahead, m to the left, degrees (default: from the result)")
       ->expected(3);
   const std::map<std::string, eval::Alignment> alignments = {{"none", eval::Alignment::none},
                                                              {"first", eval::Alignment::first_pose},
                                                              {"best", eval::Alignment::best}};
-  command->add_option("--align", options->alignment, "how the trajectory is laid on the truth (default best)")
+  command
+      ->add_option("--align", options->alignment,
+                   "how the trajectory is laid on the truth (default best)")
       ->transform(CLI::CheckedTransformer(alignments));
   command->add_flag("--worst", options->worst, "also list the ten worst relations");
   command->add_flag("--json", options->json, "print JSON");

@@ -89,10 +89,12 @@ Row run(const Dataset& dataset, bool odometry, const Settings& s) {
   Row row;
   row.dataset = dataset;
   row.odometry = odometry;
-  const fs::path log = unpacked(fs::path(s.data) / dataset.log, fs::path(s.work) / (dataset.name + ".log"));
+  const fs::path log =
+      unpacked(fs::path(s.data) / dataset.log, fs::path(s.work) / (dataset.name + ".log"));
   const fs::path said = fs::path(s.work) / "said.txt";
   row.info = cheapest({s.majak, "info", log.string()}, said, s.repeat);
-  std::vector<std::string> command = {s.majak, "map", log.string(), "-o", result_folder(row, s).string()};
+  std::vector<std::string> command = {s.majak, "map", log.string(), "-o",
+                                      result_folder(row, s).string()};
   if (!odometry) command.emplace_back("--no-odometry");
   row.map = cheapest(command, said, s.repeat);
   if (row.map.exit_code != 0) {
@@ -111,38 +113,42 @@ void evaluate(Row& row, const Settings& s) {
   row.poses = trajectory.size();
   if (row.dataset.relations.empty()) return;
   const Site site = io::read_site(folder / "site.majak");
-  const auto relations = eval::read_relations((fs::path(s.data) / row.dataset.relations).string(), report);
+  const auto relations =
+      eval::read_relations((fs::path(s.data) / row.dataset.relations).string(), report);
   row.relations = eval::evaluate_relations_in_both_frames(
       trajectory, site.scans.front().scan.T_robot_laser, relations);
 }
 
 std::string csv(const std::vector<Row>& rows) {
   std::string text =
-      "dataset,mode,poses,relations,frame,all_m,all_sigma_m,all_deg,all_sigma_deg,short_m,short_deg,"
+      "dataset,mode,poses,relations,frame,all_m,all_sigma_m,all_deg,all_sigma_deg,short_m,short_"
+      "deg,"
       "loop_m,loop_deg,map_cpu_s,info_cpu_s,times_reading,wall_s,peak_mb,failure\n";
   for (const Row& r : rows) {
-    text += fmt::format("{},{},{},", r.dataset.name, r.odometry ? "odometry" : "no-odometry", r.poses);
+    text +=
+        fmt::format("{},{},{},", r.dataset.name, r.odometry ? "odometry" : "no-odometry", r.poses);
     if (r.relations) {
       const eval::RelationResult& e = r.relations->best();
-      text += fmt::format("{},{},{:.5f},{:.5f},{:.4f},{:.4f},{:.5f},{:.4f},{:.5f},{:.4f},",
-                          e.all.translation.count,
-                          r.relations->better == eval::BodyFrame::laser ? "laser" : "robot",
-                          e.all.translation.mean, e.all.translation.sigma, degrees(e.all.rotation.mean),
-                          degrees(e.all.rotation.sigma), e.near.translation.mean,
-                          degrees(e.near.rotation.mean), e.loop.translation.mean,
-                          degrees(e.loop.rotation.mean));
+      text += fmt::format(
+          "{},{},{:.5f},{:.5f},{:.4f},{:.4f},{:.5f},{:.4f},{:.5f},{:.4f},", e.all.translation.count,
+          r.relations->better == eval::BodyFrame::laser ? "laser" : "robot", e.all.translation.mean,
+          e.all.translation.sigma, degrees(e.all.rotation.mean), degrees(e.all.rotation.sigma),
+          e.near.translation.mean, degrees(e.near.rotation.mean), e.loop.translation.mean,
+          degrees(e.loop.rotation.mean));
     } else {
       text += ",,,,,,,,,,";
     }
     text += fmt::format("{:.2f},{:.3f},{:.1f},{:.2f},{:.0f},\"{}\"\n", r.map.cpu_s, r.info.cpu_s,
-                        r.map.cpu_s / std::max(r.info.cpu_s, 1e-3), r.map.wall_s, r.map.peak_mb, r.failure);
+                        r.map.cpu_s / std::max(r.info.cpu_s, 1e-3), r.map.wall_s, r.map.peak_mb,
+                        r.failure);
   }
   return text;
 }
 
 std::string table(const std::vector<Row>& rows) {
   std::string text =
-      "| log | odometry | all relations | short (up to 20 s) | loops | frame | CPU s | times reading | peak MB |\n"
+      "| log | odometry | all relations | short (up to 20 s) | loops | frame | CPU s | times "
+      "reading | peak MB |\n"
       "|---|---|---|---|---|---|---|---|---|\n";
   const auto cell = [](const eval::RelationErrors& e) {
     return fmt::format("{:.4f} m, {:.2f}°", e.translation.mean, degrees(e.rotation.mean));
@@ -201,7 +207,8 @@ Settings parse(int argc, char** argv) {
       throw Error(word + ": no such option");
     }
   }
-  if (s.datasets.empty() || s.majak.empty() || s.work.empty()) throw Error("see the head of run_datasets.cpp");
+  if (s.datasets.empty() || s.majak.empty() || s.work.empty())
+    throw Error("see the head of run_datasets.cpp");
   if (!fs::is_directory(s.data)) throw Error("the data folder is absent; set MAJAK_DATA to it");
   return s;
 }
@@ -213,8 +220,9 @@ void run_all(const Settings& s) {
     if (!s.only.empty() && dataset.name != s.only) continue;
     for (const bool odometry : {true, false}) {
       rows.push_back(run(dataset, odometry, s));
-      fmt::print("{:<14} {:<12} {:6.2f} CPU s {:5.0f} MB {}\n", dataset.name, odometry ? "" : "no odometry",
-                 rows.back().map.cpu_s, rows.back().map.peak_mb, rows.back().failure);
+      fmt::print("{:<14} {:<12} {:6.2f} CPU s {:5.0f} MB {}\n", dataset.name,
+                 odometry ? "" : "no odometry", rows.back().map.cpu_s, rows.back().map.peak_mb,
+                 rows.back().failure);
       std::fflush(stdout);
     }
   }

@@ -24,11 +24,13 @@ struct AbsoluteError {
   ErrorStats translation;  ///< m
   ErrorStats rotation;     ///< rad
   Pose2 T_reference_map;   ///< the alignment used
-  std::vector<Pose2> residuals;  ///< T_reference_robot^-1 * T_reference_map * T_map_robot, a pair each
+  std::vector<Pose2>
+      residuals;  ///< T_reference_robot^-1 * T_reference_map * T_map_robot, a pair each
 };
 
 /// ATE. No pairs give zero counts.
-AbsoluteError absolute_error(const std::vector<PosePair>& pairs, Alignment alignment = Alignment::best);
+AbsoluteError absolute_error(const std::vector<PosePair>& pairs,
+                             Alignment alignment = Alignment::best);
 
 struct RelativeError {
   double distance = 0;     ///< m along the reference

@@ -16,8 +16,7 @@ double log_prefactor(double a, double x) {
   double sum = kTerms[0];
   for (int i = 1; i < 9; ++i) sum += kTerms[i] / (a - 1 + i);
   const double t = a + 6.5;
-  const double log_gamma =
-      0.5 * std::log(2 * kPi) + (a - 0.5) * std::log(t) - t + std::log(sum);
+  const double log_gamma = 0.5 * std::log(2 * kPi) + (a - 0.5) * std::log(t) - t + std::log(sum);
   return a * std::log(x) - x - log_gamma;
 }
 
@@ -85,7 +84,8 @@ double chi_square_quantile(double p, double dof) {
   return x;
 }
 
-std::optional<double> nees(const Pose2& T_map_robot, const Mat3& covariance, const Pose2& T_map_truth) {
+std::optional<double> nees(const Pose2& T_map_robot, const Mat3& covariance,
+                           const Pose2& T_map_truth) {
   const Eigen::LLT<Mat3> llt(covariance);
   if (llt.info() != Eigen::Success || !(llt.matrixLLT().diagonal().minCoeff() > 1e-9)) {
     return std::nullopt;

@@ -12,8 +12,8 @@ namespace majak::eval {
 namespace {
 
 std::vector<std::size_t> scans_to_draw(const Site& site) {
-  const bool has_keys = std::any_of(site.scans.begin(), site.scans.end(),
-                                    [](const PosedScan& s) { return s.key; });
+  const bool has_keys =
+      std::any_of(site.scans.begin(), site.scans.end(), [](const PosedScan& s) { return s.key; });
   std::vector<std::size_t> drawn;
   for (std::size_t i = 0; i < site.scans.size(); ++i) {
     const PosedScan& s = site.scans[i];
@@ -64,10 +64,10 @@ struct Blob {
 };
 
 struct Line {
-  Vec2 middle;      ///< from the blob's centre, m
-  Vec2 normal;      ///< unit
-  double thin = 0;  ///< m, sigma across
-  double along = 0; ///< m, sigma along
+  Vec2 middle;       ///< from the blob's centre, m
+  Vec2 normal;       ///< unit
+  double thin = 0;   ///< m, sigma across
+  double along = 0;  ///< m, sigma along
 };
 
 Line line_through(const Blob& b) {
@@ -171,7 +171,8 @@ class Examiner {
       for (int i = std::min(own, other); i <= std::max(own, other); ++i) {
         valley = std::min(valley, mass(i));
       }
-      if (2 * valley < std::min(mass(own), mass(other)) && seen_apart(own * bin, other * bin, bin)) {
+      if (2 * valley < std::min(mass(own), mass(other)) &&
+          seen_apart(own * bin, other * bin, bin)) {
         return true;
       }
     }
@@ -215,11 +216,13 @@ class Examiner {
     const auto share = [](std::size_t part, std::size_t of) {
       return of == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(of);
     };
-    for (const double e : entropies_) quality_.entropy += e / static_cast<double>(entropies_.size());
+    for (const double e : entropies_)
+      quality_.entropy += e / static_cast<double>(entropies_.size());
     quality_.wall_thickness = quantile(std::move(thickness_), 0.5);
     quality_.doubled_share = share(doubled_, walls_);
     quality_.revisited_share = share(revisit_.size(), quality_.samples);
-    const auto beyond = std::count_if(revisit_.begin(), revisit_.end(), [](double d) { return d > 0.1; });
+    const auto beyond =
+        std::count_if(revisit_.begin(), revisit_.end(), [](double d) { return d > 0.1; });
     quality_.revisit_beyond = share(static_cast<std::size_t>(beyond), revisit_.size());
     quality_.revisit = error_stats(std::move(revisit_));
   }

@@ -31,8 +31,7 @@ const char* parse_relation(io::Fields fields, Relation& relation) {
   double x = 0, y = 0, z = 0, roll = 0, pitch = 0, yaw = 0;
   if (!fields.time(relation.from) || !fields.time(relation.to) || !fields.number(x) ||
       !fields.number(y) || !fields.number(z) || !fields.number(roll) || !fields.number(pitch) ||
-      !fields.number(yaw) || !fields.at_end() ||
-      !std::isfinite(x + y + z + roll + pitch + yaw)) {
+      !fields.number(yaw) || !fields.at_end() || !std::isfinite(x + y + z + roll + pitch + yaw)) {
     return "relations: line is not `t1 t2 x y z roll pitch yaw`";
   }
   relation.T_from_to = {x, y, wrap_angle(yaw)};
@@ -68,7 +67,8 @@ std::vector<Relation> read_relations(const std::string& path, Report& report) {
   return read_relations(io::open_bytes(path).bytes, path, report);
 }
 
-RelationResult evaluate_relations(const Trajectory& trajectory, const std::vector<Relation>& relations,
+RelationResult evaluate_relations(const Trajectory& trajectory,
+                                  const std::vector<Relation>& relations,
                                   const RelationOptions& options) {
   const TrajectoryIndex index(trajectory, options.lookup);
   RelationResult result;
@@ -92,7 +92,8 @@ RelationResult evaluate_relations(const Trajectory& trajectory, const std::vecto
   return result;
 }
 
-RelationEvaluation evaluate_relations_in_both_frames(const Trajectory& robot, const Pose2& T_robot_laser,
+RelationEvaluation evaluate_relations_in_both_frames(const Trajectory& robot,
+                                                     const Pose2& T_robot_laser,
                                                      const std::vector<Relation>& relations,
                                                      const RelationOptions& options) {
   RelationEvaluation both;
@@ -101,7 +102,8 @@ RelationEvaluation evaluate_relations_in_both_frames(const Trajectory& robot, co
   Trajectory laser = robot;
   for (StampedPose& p : laser) p.pose = p.pose * T_robot_laser;
   both.laser = evaluate_relations(laser, relations, options);
-  if (both.laser->all.translation.mean < both.robot.all.translation.mean) both.better = BodyFrame::laser;
+  if (both.laser->all.translation.mean < both.robot.all.translation.mean)
+    both.better = BodyFrame::laser;
   return both;
 }
 

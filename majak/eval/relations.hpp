@@ -61,7 +61,8 @@ struct RelationResult {
 };
 
 /// Compares poses as they stand. Frames: the relation and the trajectory must be of the same body.
-RelationResult evaluate_relations(const Trajectory& trajectory, const std::vector<Relation>& relations,
+RelationResult evaluate_relations(const Trajectory& trajectory,
+                                  const std::vector<Relation>& relations,
                                   const RelationOptions& options = {});
 
 enum class BodyFrame { robot, laser };
@@ -76,7 +77,8 @@ struct RelationEvaluation {
 };
 
 /// `robot` holds poses of the robot; T_robot_laser is the mounting.
-RelationEvaluation evaluate_relations_in_both_frames(const Trajectory& robot, const Pose2& T_robot_laser,
+RelationEvaluation evaluate_relations_in_both_frames(const Trajectory& robot,
+                                                     const Pose2& T_robot_laser,
                                                      const std::vector<Relation>& relations,
                                                      const RelationOptions& options = {});
 

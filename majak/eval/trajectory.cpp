@@ -30,7 +30,8 @@ const char* parse_pose(io::Fields fields, StampedPose& stamped) {
 
 }  // namespace
 
-Trajectory read_tum(std::unique_ptr<io::ByteStream> bytes, const std::string& name, Report& report) {
+Trajectory read_tum(std::unique_ptr<io::ByteStream> bytes, const std::string& name,
+                    Report& report) {
   io::LineReader lines(std::move(bytes));
   Trajectory trajectory;
   while (const auto line = lines.next()) {
@@ -113,7 +114,8 @@ std::optional<Lookup> TrajectoryIndex::at(Time time, std::size_t occurrence) con
   return Lookup{interpolate(before->pose, after->pose, fraction), false, hit.index};
 }
 
-Association associate(const Trajectory& estimate, const Trajectory& reference, LookupOptions options) {
+Association associate(const Trajectory& estimate, const Trajectory& reference,
+                      LookupOptions options) {
   const TrajectoryIndex index(reference, options);
   Trajectory sorted = estimate;
   std::stable_sort(sorted.begin(), sorted.end(),

@@ -35,8 +35,8 @@ Trajectory truth_of(const std::vector<Truth>& truth);
 Trajectory odometry_of(const std::vector<Event>& events);
 
 struct LookupOptions {
-  Duration tolerance = 10'000;    ///< ns; nearer than this is the same stamp
-  Duration max_gap = 2 * kSecond; ///< ns; no interpolation across a wider gap
+  Duration tolerance = 10'000;     ///< ns; nearer than this is the same stamp
+  Duration max_gap = 2 * kSecond;  ///< ns; no interpolation across a wider gap
 };
 
 struct Lookup {
@@ -50,8 +50,9 @@ class TrajectoryIndex {
  public:
   explicit TrajectoryIndex(const Trajectory& trajectory, LookupOptions options = {});
 
-  /// The pose at a time: the nearest stamp within the tolerance (of equal stamps the `occurrence`-th),
-  /// else interpolated along the arc between the neighbours, else nullopt (outside, or a wide gap).
+  /// The pose at a time: the nearest stamp within the tolerance (of equal stamps the
+  /// `occurrence`-th), else interpolated along the arc between the neighbours, else nullopt
+  /// (outside, or a wide gap).
   std::optional<Lookup> at(Time time, std::size_t occurrence = 0) const;
 
  private:
@@ -82,6 +83,7 @@ struct Association {
 
 /// One pair for each pose of the estimate: no pose of the reference is used as it stands for two of
 /// them; the k-th of equal stamps goes with the k-th.
-Association associate(const Trajectory& estimate, const Trajectory& reference, LookupOptions options = {});
+Association associate(const Trajectory& estimate, const Trajectory& reference,
+                      LookupOptions options = {});
 
 }  // namespace majak::eval

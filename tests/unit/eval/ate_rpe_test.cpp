@@ -71,7 +71,8 @@ TEST(AbsoluteError, OfATrajectoryWithItselfIsZero) {
 
 TEST(AbsoluteError, DoesNotChangeWhenTheEstimateMovesRigidly) {
   auto pairs = random_pairs(30, 0.2, 2);
-  const auto before = absolute_error(pairs), before_first = absolute_error(pairs, Alignment::first_pose);
+  const auto before = absolute_error(pairs),
+             before_first = absolute_error(pairs, Alignment::first_pose);
   for (auto& p : pairs) p.T_map_robot = Pose2{-7, 3, -2} * p.T_map_robot;
   EXPECT_NEAR(absolute_error(pairs).translation.rms, before.translation.rms, 1e-10);
   EXPECT_NEAR(absolute_error(pairs).rotation.mean, before.rotation.mean, 1e-10);
@@ -118,7 +119,9 @@ TEST(RelativeErrors, AgreeWithTheSlowTwin) {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     double length = 0;
     for (std::size_t j = i + 1; j < pairs.size(); ++j) {
-      length += (pairs[j].T_reference_robot.translation() - pairs[j - 1].T_reference_robot.translation()).norm();
+      length +=
+          (pairs[j].T_reference_robot.translation() - pairs[j - 1].T_reference_robot.translation())
+              .norm();
       if (length < 3) continue;
       const Pose2 e = between(between(pairs[i].T_reference_robot, pairs[j].T_reference_robot),
                               between(pairs[i].T_map_robot, pairs[j].T_map_robot));

@@ -34,7 +34,8 @@ Site two_visits(const Pose2& shift, double noise) {
     s.scan.angle_step = kPi / 180;
     s.scan.max_range = 80;
     for (int b = 0; b < 181; ++b) {
-      const double r = range_in_room(truth, truth.theta + s.scan.angle(static_cast<std::size_t>(b)));
+      const double r =
+          range_in_room(truth, truth.theta + s.scan.angle(static_cast<std::size_t>(b)));
       s.scan.ranges.push_back(static_cast<float>(r + noise * random.normal()));
     }
     s.scan.ranges[7] = kNoReturn;
@@ -113,7 +114,8 @@ TEST(PointIndex, AgreesWithBruteForce) {
   RandomStream random(2);
   std::vector<MapPoint> points;
   for (int i = 0; i < 2000; ++i) {
-    points.push_back({static_cast<float>(random.uniform(-3, 3)), static_cast<float>(random.uniform(-3, 3)), 0, 0, i});
+    points.push_back({static_cast<float>(random.uniform(-3, 3)),
+                      static_cast<float>(random.uniform(-3, 3)), 0, 0, i});
   }
   const PointIndex index(points, 0.15);
   for (int round = 0; round < 100; ++round) {

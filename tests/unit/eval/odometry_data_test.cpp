@@ -36,7 +36,8 @@ TEST_P(RawOdometry, ErrsAsPublished) {
   std::vector<Event> events;
   while (auto event = source->next()) events.push_back(std::move(*event));
   Report report;
-  const auto relations = read_relations((folder / (std::string(known.log) + ".relations")).string(), report);
+  const auto relations =
+      read_relations((folder / (std::string(known.log) + ".relations")).string(), report);
   EXPECT_TRUE(report.empty());
   const auto result = evaluate_relations(odometry_of(events), relations);
   EXPECT_EQ(result.exact, known.relations);

@@ -106,11 +106,13 @@ TEST(Relations, InTheFrameOfTheLaserAreToldApart) {
   const Pose2 T_robot_laser{0.3, 0.05, 0.0};
   Trajectory laser = robot;
   for (auto& p : laser) p.pose = p.pose * T_robot_laser;
-  const auto of_laser = evaluate_relations_in_both_frames(robot, T_robot_laser, relations_of(laser, 50));
+  const auto of_laser =
+      evaluate_relations_in_both_frames(robot, T_robot_laser, relations_of(laser, 50));
   EXPECT_EQ(of_laser.better, BodyFrame::laser);
   EXPECT_LT(of_laser.best().all.translation.max, 1e-12);
   EXPECT_GT(of_laser.robot.all.translation.mean, 0.01);
-  const auto of_robot = evaluate_relations_in_both_frames(robot, T_robot_laser, relations_of(robot, 50));
+  const auto of_robot =
+      evaluate_relations_in_both_frames(robot, T_robot_laser, relations_of(robot, 50));
   EXPECT_EQ(of_robot.better, BodyFrame::robot);
   const auto centred = evaluate_relations_in_both_frames(robot, {}, relations_of(robot, 50));
   EXPECT_FALSE(centred.laser.has_value());
