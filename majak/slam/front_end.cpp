@@ -29,8 +29,13 @@ FrontEndStep FrontEnd::add(const Scan& scan, const std::optional<MotionPrior>& m
       step.match = recover(points, step.match, prior, to_seconds(scan.time - last_time_) > options_.gap);
       step.searched = true;
     }
-    poor_ = step.match.score < options_.weak_score ? poor_ + 1 : 0;
-    step.broken = poor_ >= options_.patience;
+    // What was found far off the prediction must fit well, or it is another place that looks alike.
+    const Pose2 off = between(previous * prior.T_previous_robot, step.match.T_map_robot);
+    const bool far = off.translation().norm() > options_.search_translation || std::abs(off.theta) > options_.search_rotation;
+    const bool gap = to_seconds(scan.time - last_time_) > options_.gap;
+    const bool poor = step.match.score < (far ? options_.trusted_score : options_.weak_score);
+    poor_ = poor ? poor_ + 1 : 0;
+    step.broken = poor && (gap || poor_ >= options_.patience);
     if (step.broken) begin_again();
     // A scan that fits nowhere tells nothing: the wheels do, or the robot is taken to stand still.
     if (poor_ > 0 && step.match.score < 0.5 * options_.weak_score)

@@ -159,7 +159,7 @@ std::vector<double> LoopCloser::shortest_ways(std::size_t from) const {
 
 std::vector<std::size_t> LoopCloser::candidates(std::size_t query, const std::vector<double>& ways) const {
   std::vector<std::pair<double, std::size_t>> ranked;
-  for (std::size_t t = 0; t + 3 < query; ++t) {
+  for (std::size_t t = 0; t < query; ++t) {
     if (way_[query] - way_[t] < 2.0 * options_.near) continue;
     const Pose2 d = between(anchors_[t], anchors_[query]);
     const double far = std::hypot(d.x, d.y);
@@ -230,7 +230,9 @@ bool LoopCloser::try_close(const KeyScans& keys, std::size_t query, std::size_t 
     sigma = std::max(sigma, 0.35), turn = std::max(turn, 0.06);
     if (!from->pyramid) from->pyramid = std::make_unique<match::LikelihoodPyramid>(
           from->map, Vec2::Zero(), match::LikelihoodPyramidOptions{.max_translation = options_.max_window});
-    const match::SearchWindow window{std::min(3 * sigma, options_.max_window), std::min(3 * turn, 0.8)};
+    // Beyond a step not to be trusted any heading is possible.
+    const double rotation = way >= options_.weak_step ? std::max(3 * turn, options_.weak_rotation) : std::min(3 * turn, 0.8);
+    const match::SearchWindow window{std::min(3 * sigma, options_.max_window), std::min(rotation, kPi)};
     const auto found = match::search(to->points, *from->pyramid, guess, window, options_.search_score);
     if (!found) return false;
     guess = found->T_map_robot;

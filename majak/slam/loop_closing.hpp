@@ -29,6 +29,7 @@ struct LoopClosingOptions {
   double drift_translation = 0.01;  ///< m per m of way: the front end's drift, for the windows
   double drift_rotation = 0.015;    ///< rad per sqrt(m)
   double weak_step = 30.0;       ///< m of way that a step not to be trusted counts for
+  double weak_rotation = 1.6;    ///< rad, half width of the search beyond it
   double starving = 10.0;        ///< m without a closure though places are near: search the window
   double max_window = 8.0;       ///< m
   double certain_agreement = 0.95;  ///< with these, a searched closure needs no second witness
