@@ -177,7 +177,7 @@ double likelihood(const ScanPoints& points, const LikelihoodPyramid& pyramid, co
   for (const std::size_t i : used.index) {
     const int column = pyramid.column(T_map_robot.x + c * points.x[i] - s * points.y[i]);
     const int row = pyramid.row(T_map_robot.y + s * points.x[i] + c * points.y[i]);
-    if (pyramid.near(column, row, 0)) sum += pyramid.level(0)[row * pyramid.width() + column];
+    if (pyramid.near(column, row, 1 << LikelihoodPyramid::kLevels)) sum += pyramid.level(0)[row * pyramid.width() + column];
   }
   return used.index.empty() ? 0 : sum / (255.0 * static_cast<double>(used.index.size()));
 }
