@@ -10,6 +10,7 @@
 namespace majak::motion {
 namespace {
 
+constexpr std::size_t kNoRecord = static_cast<std::size_t>(-1);
 constexpr std::size_t kHistory = 2000;      // scans looked back at when learning
 constexpr double kGrossTurn = 0.10;         // rad, disagreement beyond which a scan is an outlier
 constexpr double kGrossStep = 0.15;         // m
@@ -43,6 +44,7 @@ void OdometryModel::add(const Odometry& odometry) {
 void OdometryModel::add(const Scan& scan) {
   scan_times_.push_back(scan.time);
   observed_.push_back({});
+  record_of_.push_back(scan.T_odom_robot ? records_.samples.size() : kNoRecord);
   if (scan.T_odom_robot)
     records_.push(scan.time, *scan.T_odom_robot, 0, false);
   else if (scan_times_.size() == 1)
@@ -58,7 +60,7 @@ bool OdometryModel::ready(std::size_t scan) const {
 
 std::optional<Pose2> OdometryModel::pose(const Choice& choice, std::size_t scan) const {
   if (choice.records && choice.lag == 0)
-    return scan < records_.samples.size() ? std::optional(records_.samples[scan].mended) : std::nullopt;
+    return record_of_[scan] != kNoRecord ? std::optional(records_.samples[record_of_[scan]].mended) : std::nullopt;
   return (choice.records ? records_ : stream_).at(scan_times_[scan] + choice.lag);
 }
 
@@ -166,12 +168,14 @@ void OdometryModel::learn_lag(std::size_t first) {
 }
 
 // Scale, turn scale and offset by robust linear least squares of
-//   t_laser = scale * t_wheels + (R - I) (x, y) - theta * J t_wheels,   turn_laser = turn_scale * turn_wheels.
+//   t_laser = R(-theta) (scale * t_wheels + (R - I) (x, y)),   turn_laser = turn_scale * turn_wheels,
+// which is linear in scale cos(theta), R(-theta) (x, y), scale sin(theta).
 void OdometryModel::learn_linear(std::size_t first) {
   Eigen::Matrix4d h = Eigen::Matrix4d::Zero();
   Eigen::Vector4d b = Eigen::Vector4d::Zero();
   double cost = 0, rows = 0, turn_xy = 0, turn_xx = 0, way = 0, turned = 0, turn_cost = 0;
-  const Eigen::Vector4d current(scale_, offset_.x, offset_.y, offset_.theta);
+  const Vec2 turned_back = Pose2{0, 0, -offset_.theta} * offset_.translation();
+  const Eigen::Vector4d current(scale_ * std::cos(offset_.theta), turned_back.x(), turned_back.y(), scale_ * std::sin(offset_.theta));
   for (std::size_t i = first; i < observed_.size(); ++i) {
     if (!observed_[i].trusted) continue;
     const auto wheels = wheel_motion(choice_, i);
@@ -200,12 +204,14 @@ void OdometryModel::learn_linear(std::size_t first) {
   b(0) += prior(0);
   const Eigen::Vector4d x = h.llt().solve(b);
   const Eigen::Vector4d sigma = h.inverse().diagonal().cwiseSqrt();
-  scale_ = x(0);
-  offset_ = {x(1), x(2), x(3)};
-  findings_.translation_scale = {x(0), sigma(0), true};
-  findings_.laser_x_m = {x(1), sigma(1), true};
-  findings_.laser_y_m = {x(2), sigma(2), true};
-  findings_.laser_theta_rad = {x(3), sigma(3), true};
+  scale_ = std::hypot(x(0), x(3));
+  const double theta = std::atan2(x(3), x(0));
+  const Vec2 place = Pose2{0, 0, theta} * Vec2(x(1), x(2));
+  offset_ = {place.x(), place.y(), theta};
+  findings_.translation_scale = {scale_, sigma(0), true};
+  findings_.laser_x_m = {place.x(), sigma(1), true};
+  findings_.laser_y_m = {place.y(), sigma(2), true};
+  findings_.laser_theta_rad = {theta, sigma(3), true};
   const double samples = rows / 2;
   if (turn_xx > 0.1) {
     turn_scale_ = turn_xy / turn_xx;

@@ -59,7 +59,7 @@ class OdometryModel {
     Pose2 raw, mended;
     double speed;  ///< m/s, 0 if the log does not say
   };
-  /// One chain of odometry poses. `records`: the poses in the scans' records, sample i is scan i's.
+  /// One chain of odometry poses. `records`: the poses in the scans' own records.
   struct Stream {
     std::vector<Sample> samples;
     std::vector<Time> latest;  ///< running maximum of the stamps: what is searched
@@ -88,6 +88,7 @@ class OdometryModel {
   OdometryModelOptions options_;
   Stream records_, stream_;
   std::vector<Time> scan_times_;
+  std::vector<std::size_t> record_of_;  ///< sample of records_ that came with a scan
   std::vector<Observed> observed_;
   Choice choice_;
   bool reversed_ = false;          ///< a negative stated speed goes with a positive step
