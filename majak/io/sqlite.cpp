@@ -14,7 +14,7 @@ Database::Database(const std::string& name, int flags) {
 }
 
 Database Database::in_memory() {
-  return Database(":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
+  return Database(":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX);
 }
 
 Database Database::read_only(const std::string& path) {
@@ -28,7 +28,8 @@ Database Database::read_only(const std::string& path) {
       uri += c;
     }
   }
-  Database database(uri + "?immutable=1", SQLITE_OPEN_READONLY | SQLITE_OPEN_URI);
+  Database database(uri + "?immutable=1",
+                    SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX);
   // The file may come from anywhere: its schema is data and nothing in it is executed.
   sqlite3_db_config(database.handle(), SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(database.handle(), SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
