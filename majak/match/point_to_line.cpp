@@ -73,14 +73,17 @@ void look_up(const map::SurfelMap& map, std::size_t n, float gate2, float inv_ca
   }
 }
 
-MAJAK_VECTORIZED void accumulate(const Pairs& p, std::size_t n, float inv_cauchy2, NormalEquations& sum) {
+MAJAK_VECTORIZED void accumulate(const Pairs& p, std::size_t n, float inv_cauchy2, float inv_full_range,
+                                 NormalEquations& sum) {
   float h[11][kLanes] = {};
   for (std::size_t i = 0; i < n; i += kLanes) {
     for (int k = 0; k < kLanes; ++k) {
       const float nx = p.nx[i + k], ny = p.ny[i + k];
       const float r = nx * p.dx[i + k] + ny * p.dy[i + k];
       const float jt = ny * p.rx[i + k] - nx * p.ry[i + k];
-      const float w = p.on[i + k] / (1.0F + r * r * inv_cauchy2);
+      // Near things are hit by many beams, a person in front by half of them: count by surface.
+      const float range = std::sqrt(p.rx[i + k] * p.rx[i + k] + p.ry[i + k] * p.ry[i + k]);
+      const float w = p.on[i + k] * std::min(1.0F, range * inv_full_range) / (1.0F + r * r * inv_cauchy2);
       const float wx = w * nx, wy = w * ny, wt = w * jt;
       h[0][k] += wx * nx, h[1][k] += wx * ny, h[2][k] += wy * ny;
       h[3][k] += wx * jt, h[4][k] += wy * jt, h[5][k] += wt * jt;
@@ -100,12 +103,12 @@ MAJAK_VECTORIZED void accumulate(const Pairs& p, std::size_t n, float inv_cauchy
 }
 
 NormalEquations collect(const ScanPoints& points, const map::SurfelMap& map, const Pose2& pose, float gate,
-                        float cauchy, Pairs& pairs) {
+                        float cauchy, float inv_full_range, Pairs& pairs) {
   NormalEquations sum;
   const float inv_cauchy2 = 1.0F / (cauchy * cauchy);
   transform(points, pose, pairs);
   look_up(map, points.size(), gate * gate, inv_cauchy2, pairs, sum);
-  accumulate(pairs, points.size(), inv_cauchy2, sum);
+  accumulate(pairs, points.size(), inv_cauchy2, inv_full_range, sum);
   return sum;
 }
 
@@ -121,7 +124,8 @@ Match align(const ScanPoints& points, const map::SurfelMap& map, const PosePrior
   pairs.resize(points.size());
   for (match.iterations = 0; match.iterations < options.max_iterations;) {
     ++match.iterations;
-    sum = collect(points, map, match.T_map_robot, static_cast<float>(gate), static_cast<float>(options.cauchy), pairs);
+    sum = collect(points, map, match.T_map_robot, static_cast<float>(gate), static_cast<float>(options.cauchy),
+                  static_cast<float>(1.0 / options.full_range), pairs);
     if (sum.inliers < 3) break;
     const Pose2& at = match.T_map_robot;
     const Vec3 off(at.x - prior.T_map_robot.x, at.y - prior.T_map_robot.y, angle_diff(at.theta, prior.T_map_robot.theta));
