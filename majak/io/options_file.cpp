@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -140,6 +141,20 @@ void assign(const Assignment& assignment) {
       assignment.field->value, assignment.value);
 }
 
+/// toml++ 3.3 runs into an unreachable point at U+FB26 ... U+FEFE (presentation forms of letters);
+/// no option needs such a letter. U+FEFF, the mark at the start of a file, is fine.
+void refuse_presentation_forms(std::string_view text, const std::string& name) {
+  std::int64_t line = 1;
+  for (std::size_t i = 0; i + 2 < text.size(); ++i) {
+    if (text[i] == '\n') ++line;
+    const auto second = static_cast<unsigned char>(text[i + 1]);
+    if (text[i] != '\xEF' || second < 0xAC || second > 0xBB) continue;
+    if (text.substr(i, 3) == "\xEF\xBB\xBF") continue;
+    throw Error(
+        fmt::format("{}:{}: not valid TOML: a letter outside all option names", name, line));
+  }
+}
+
 }  // namespace
 
 std::string options_toml(const OptionFields& fields) {
@@ -161,6 +176,7 @@ std::string options_toml(const OptionFields& fields) {
 }
 
 void apply_options(OptionFields& fields, std::string_view text, const std::string& name) {
+  refuse_presentation_forms(text, name);
   std::vector<Assignment> assignments;
   try {
     const toml::table table = toml::parse(text, name);

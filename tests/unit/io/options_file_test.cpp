@@ -149,6 +149,7 @@ TEST(ApplyOptions, SaysWhereTheTextIsNoToml) {
   EXPECT_THAT(error_of("[match]\nmax_range = = 3"), HasSubstr("my.toml:2: not valid TOML"));
   EXPECT_THAT(error_of("deskew = true\ndeskew = false"), HasSubstr("my.toml:2"));
   EXPECT_THAT(error_of(std::string("\xff\xfe\0\1", 4)), HasSubstr("my.toml:1"));
+  EXPECT_THAT(error_of("\n[i\xEF\xBA\xBF"), HasSubstr("my.toml:2: not valid TOML"));
 }
 
 TEST(ApplyOptions, TakesNothingFromAFileWithAnError) {
