@@ -4,7 +4,7 @@ add_library(majak_flags INTERFACE)
 target_compile_options(majak_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
   -Wno-sign-conversion
   # Same bytes on every x86-64: no contraction into fused multiply-adds, whatever the clone.
-  -ffp-contract=off)
+  -ffp-contract=off -fno-math-errno)
 if(MAJAK_WERROR)
   target_compile_options(majak_flags INTERFACE -Werror)
 endif()

@@ -25,10 +25,12 @@ struct NormalEquations {
 // The points of a scan at one pose, and what they met; arrays that keep their memory.
 struct Pairs {
   std::vector<float> rx, ry, mx, my;      // point about the robot and in the map, map axes
-  std::vector<float> nx, ny, dx, dy, on;  // surfel's normal, point - surfel; 1 if it counts
+  std::vector<float> nx, ny, dx, dy, on;  // surfel's normal, point - surfel; share by which it counts
+  std::vector<float> share;               // the same before it is known what it met
   std::vector<std::uint32_t> surfel;
 
   void resize(std::size_t n) {
+    share.resize(n);
     n = (n + kLanes - 1) / kLanes * kLanes;
     for (auto* v : {&rx, &ry, &mx, &my, &nx, &ny, &dx, &dy, &on}) v->assign(n, 0.0F);
     surfel.assign(n, map::SurfelMap::kNone);
@@ -62,7 +64,7 @@ void look_up(const map::SurfelMap& map, std::size_t n, float gate2, float inv_ca
     if (d2 > gate2) continue;
     ++sum.inliers;
     if (f.nx != 0 || f.ny != 0) {
-      p.on[i] = 1;
+      p.on[i] = p.share[i];
       continue;
     }
     const double w = 0.25F / (1.0F + d2 * inv_cauchy2);  // by half in each direction
@@ -73,17 +75,14 @@ void look_up(const map::SurfelMap& map, std::size_t n, float gate2, float inv_ca
   }
 }
 
-MAJAK_VECTORIZED void accumulate(const Pairs& p, std::size_t n, float inv_cauchy2, float inv_full_range,
-                                 NormalEquations& sum) {
+MAJAK_VECTORIZED void accumulate(const Pairs& p, std::size_t n, float inv_cauchy2, NormalEquations& sum) {
   float h[11][kLanes] = {};
   for (std::size_t i = 0; i < n; i += kLanes) {
     for (int k = 0; k < kLanes; ++k) {
       const float nx = p.nx[i + k], ny = p.ny[i + k];
       const float r = nx * p.dx[i + k] + ny * p.dy[i + k];
       const float jt = ny * p.rx[i + k] - nx * p.ry[i + k];
-      // Near things are hit by many beams, a person in front by half of them: count by surface.
-      const float range = std::sqrt(p.rx[i + k] * p.rx[i + k] + p.ry[i + k] * p.ry[i + k]);
-      const float w = p.on[i + k] * std::min(1.0F, range * inv_full_range) / (1.0F + r * r * inv_cauchy2);
+      const float w = p.on[i + k] / (1.0F + r * r * inv_cauchy2);
       const float wx = w * nx, wy = w * ny, wt = w * jt;
       h[0][k] += wx * nx, h[1][k] += wx * ny, h[2][k] += wy * ny;
       h[3][k] += wx * jt, h[4][k] += wy * jt, h[5][k] += wt * jt;
@@ -103,12 +102,12 @@ MAJAK_VECTORIZED void accumulate(const Pairs& p, std::size_t n, float inv_cauchy
 }
 
 NormalEquations collect(const ScanPoints& points, const map::SurfelMap& map, const Pose2& pose, float gate,
-                        float cauchy, float inv_full_range, Pairs& pairs) {
+                        float cauchy, Pairs& pairs) {
   NormalEquations sum;
   const float inv_cauchy2 = 1.0F / (cauchy * cauchy);
   transform(points, pose, pairs);
   look_up(map, points.size(), gate * gate, inv_cauchy2, pairs, sum);
-  accumulate(pairs, points.size(), inv_cauchy2, inv_full_range, sum);
+  accumulate(pairs, points.size(), inv_cauchy2, sum);
   return sum;
 }
 
@@ -122,10 +121,15 @@ Match align(const ScanPoints& points, const map::SurfelMap& map, const PosePrior
   NormalEquations sum;
   Pairs pairs;
   pairs.resize(points.size());
+  // Near things are hit by many beams, a person in front by half of them, and near things move.
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const float range = std::sqrt(points.x[i] * points.x[i] + points.y[i] * points.y[i]);
+    const float near = std::min(1.0F, range / static_cast<float>(options.full_range));
+    pairs.share[i] = near * near;
+  }
   for (match.iterations = 0; match.iterations < options.max_iterations;) {
     ++match.iterations;
-    sum = collect(points, map, match.T_map_robot, static_cast<float>(gate), static_cast<float>(options.cauchy),
-                  static_cast<float>(1.0 / options.full_range), pairs);
+    sum = collect(points, map, match.T_map_robot, static_cast<float>(gate), static_cast<float>(options.cauchy), pairs);
     if (sum.inliers < 3) break;
     const Pose2& at = match.T_map_robot;
     const Vec3 off(at.x - prior.T_map_robot.x, at.y - prior.T_map_robot.y, angle_diff(at.theta, prior.T_map_robot.theta));

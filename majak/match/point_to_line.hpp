@@ -15,7 +15,7 @@ struct AlignOptions {
   double final_gate = 0.10;   ///< m, the same once the pose has settled
   double sigma = 0.02;        ///< m, of a return off its surface
   double cauchy = 0.04;       ///< m, residual at which a pair counts half
-  double full_range = 2.0;    ///< m, a return this far or farther counts fully, a nearer one by its share
+  double full_range = 2.0;    ///< m, a return this far or farther counts fully, a nearer one by the square of its share
   double tolerance = 2e-4;    ///< m (and rad times 5 m), a smaller step ends the iteration
 };
 
