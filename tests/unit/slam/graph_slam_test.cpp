@@ -82,6 +82,7 @@ TEST(GraphSlam, EveryScanHasAPoseAndACovariance) {
 TEST(GraphSlam, ConstraintsNameKeyScansAndFitThePoses) {
   const Site& site = building_site();
   ASSERT_FALSE(site.constraints.empty());
+  int closures = 0, close = 0;
   for (const Constraint& c : site.constraints) {
     ASSERT_LT(c.from, site.scans.size());
     ASSERT_LT(c.to, site.scans.size());
@@ -95,8 +96,12 @@ TEST(GraphSlam, ConstraintsNameKeyScansAndFitThePoses) {
     EXPECT_GE(c.overlap, LoopClosingOptions{}.overlap);
     const Pose2 poses =
         between(site.scans[c.from].estimate.T_map_robot, site.scans[c.to].estimate.T_map_robot);
-    EXPECT_LT(between(c.T_from_to, poses).translation().norm(), 0.15);
+    ++closures;
+    // Along a corridor one may slide, but then it must say so.
+    EXPECT_LT(c.chi2, 40);
+    close += between(c.T_from_to, poses).translation().norm() < 0.05;
   }
+  EXPECT_GT(close, 0.8 * closures);
 }
 
 TEST(GraphSlam, SameBytesForAnyNumberOfThreads) {

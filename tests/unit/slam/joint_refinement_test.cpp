@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/slam/joint_refinement.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tests/support/ascii_room.hpp"
+
+namespace majak::slam {
+namespace {
+
+using fixture::all_around;
+using fixture::AsciiRoom;
+using fixture::Laser;
+
+const AsciiRoom& room() {
+  static const AsciiRoom r({
+      "########################",
+      "#........#.............#",
+      "#........#.............#",
+      "#.................##...#",
+      "#.....a...........##...#",
+      "#......................#",
+      "#......................#",
+      "###.......#............#",
+      "###.......##.......o...#",
+      "########################",
+  });
+  return r;
+}
+
+/// n key scans along an arc from 'a', at poses that are off by up to `error` m and rad * 3 m.
+struct Walk {
+  KeyScans keys;
+  std::vector<Pose2> truth;
+};
+Walk walk(int n, double error, double noise = 0, double step = 0.3) {
+  Walk w;
+  RandomStream r(5);
+  for (int i = 0; i < n; ++i) {
+    w.truth.push_back(room().pose('a', 0.2) * exp(Vec3(step * i, 0, -0.06 * i)));
+    Laser laser = all_around(361);
+    laser.noise = noise;
+    laser.seed = i + 1;
+    KeyScan key;
+    key.scan = static_cast<std::size_t>(i);
+    key.points = match::scan_points(room().scan(w.truth.back(), laser), {}, true);
+    key.step_information = Vec3(1e4, 1e4, 1e4).asDiagonal();
+    const Pose2 off{r.uniform(-error, error), r.uniform(-error, error),
+                    r.uniform(-error, error) / 3};
+    key.T_map_robot = i == 0 ? w.truth.back() : w.truth.back() * off;
+    key.T_front_robot = w.truth.back();
+    w.keys.push_back(key);
+  }
+  return w;
+}
+
+double worst_error(const KeyScans& keys, const std::vector<Pose2>& truth) {
+  double worst = 0;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const Pose2 off =
+        between(between(truth[0], truth[i]), between(keys[0].T_map_robot, keys[i].T_map_robot));
+    worst = std::max(worst, off.translation().norm());
+  }
+  return worst;
+}
+
+TEST(JointRefinement, PerturbedPosesReturnToTheTruth) {
+  Walk w = walk(10, 0.04);
+  ASSERT_GT(worst_error(w.keys, w.truth), 0.03);
+  JointRefinementOptions options;
+  options.rounds = 4;
+  refine_jointly(w.keys, options, {});
+  EXPECT_LT(worst_error(w.keys, w.truth), 0.002);
+}
+
+TEST(JointRefinement, ThroughNoise) {
+  Walk w = walk(10, 0.04, 0.01);
+  refine_jointly(w.keys, {}, {});
+  EXPECT_LT(worst_error(w.keys, w.truth), 0.008);
+}
+
+TEST(JointRefinement, TheTruthStays) {
+  Walk w = walk(10, 0);
+  refine_jointly(w.keys, {}, {});
+  EXPECT_LT(worst_error(w.keys, w.truth), 0.002);
+}
+
+TEST(JointRefinement, RepeatedItDoesNotMove) {
+  Walk w = walk(8, 0.04, 0.005);
+  JointRefinementOptions options;
+  options.rounds = 6;
+  refine_jointly(w.keys, options, {});
+  const KeyScans before = w.keys;
+  options.rounds = 2;
+  refine_jointly(w.keys, options, {});
+  for (std::size_t i = 0; i < w.keys.size(); ++i)
+    EXPECT_LT(between(before[i].T_map_robot, w.keys[i].T_map_robot).translation().norm(), 5e-4)
+        << i;
+}
+
+TEST(JointRefinement, ResidualsShrinkFromRoundToRound) {
+  Walk w = walk(10, 0.04);
+  JointRefinementOptions options;
+  options.rounds = 4;
+  const JointRefinement result = refine_jointly(w.keys, options, {});
+  ASSERT_EQ(result.rms.size(), 4U);
+  EXPECT_LT(result.rms[1], 0.5 * result.rms[0]);
+  EXPECT_LE(result.rms[3], result.rms[1]);
+  EXPECT_LT(result.rms[3], 0.004);
+}
+
+// The twin: a dense Gauss-Newton with numeric derivatives over all poses but the first.
+std::vector<Pose2> dense_solve(std::vector<Pose2> poses, const std::vector<graph::Edge>& edges) {
+  const auto residual = [](const std::vector<Pose2>& p, const graph::Edge& e) {
+    return Vec3(log(between(e.T_from_to, between(p[static_cast<std::size_t>(e.from)],
+                                                 p[static_cast<std::size_t>(e.to)]))));
+  };
+  const auto n = static_cast<Eigen::Index>(3 * poses.size());
+  for (int round = 0; round < 15; ++round) {
+    Eigen::MatrixXd h = Eigen::MatrixXd::Zero(n, n);
+    Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
+    for (const graph::Edge& e : edges) {
+      const Vec3 r = residual(poses, e);
+      Eigen::MatrixXd j = Eigen::MatrixXd::Zero(3, n);
+      for (const int pose : {e.from, e.to})
+        for (int k = 0; k < 3; ++k) {
+          std::vector<Pose2> moved = poses;
+          Pose2& p = moved[static_cast<std::size_t>(pose)];
+          (k == 0 ? p.x : k == 1 ? p.y : p.theta) += 1e-6;
+          j.col(3 * pose + k) = (residual(moved, e) - r) / 1e-6;
+        }
+      h += j.transpose() * e.information * j;
+      b += j.transpose() * e.information * r;
+    }
+    h.diagonal().head<3>().array() += 1e15;  // the first pose is the map's
+    const Eigen::VectorXd step = -h.ldlt().solve(b);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(3 * i);
+      poses[i] = {poses[i].x + step[at], poses[i].y + step[at + 1],
+                  wrap_angle(poses[i].theta + step[at + 2])};
+    }
+  }
+  return poses;
+}
+
+TEST(JointRefinement, SixScansEqualADenseSolve) {
+  Walk w = walk(6, 0.04, 0.005);
+  std::vector<Pose2> start;
+  for (const KeyScan& key : w.keys) start.push_back(key.T_map_robot);
+  const JointRefinement result = refine_jointly(w.keys, {}, {});
+  const auto poses = dense_solve(start, result.edges);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Pose2 off = between(poses[i], w.keys[i].T_map_robot);
+    EXPECT_LT(off.translation().norm(), 1e-4) << i;
+    EXPECT_LT(std::abs(off.theta), 1e-4) << i;
+  }
+}
+
+TEST(JointRefinement, SameBytesForAnyNumberOfThreads) {
+  const auto run = [](int threads) {
+    Walk w = walk(14, 0.04, 0.01);
+    refine_jointly(w.keys, {}, {threads});
+    std::vector<Pose2> poses;
+    for (const KeyScan& key : w.keys) poses.push_back(key.T_map_robot);
+    return poses;
+  };
+  const auto one = run(1);
+  EXPECT_EQ(run(2), one);
+  EXPECT_EQ(run(8), one);
+}
+
+TEST(JointRefinement, PairsOtherVisitsOnlyWhenAskedTo) {
+  // There and back again: the second half sees what the first half saw.
+  Walk out = walk(24, 0.01, 0, 0.1);
+  for (int i = 23; i >= 0; --i) {
+    out.keys.push_back(out.keys[static_cast<std::size_t>(i)]);
+    out.truth.push_back(out.truth[static_cast<std::size_t>(i)]);
+  }
+  for (const int near_in_space : {0, 3}) {
+    KeyScans keys = out.keys;
+    const JointRefinement result = refine_jointly(keys, {.near_in_space = near_in_space}, {});
+    const auto far =
+        std::count_if(result.edges.begin(), result.edges.end(),
+                      [](const graph::Edge& e) { return std::abs(e.from - e.to) >= 12; });
+    if (near_in_space == 0) {
+      EXPECT_EQ(far, 0);
+    } else {
+      EXPECT_GT(far, 20);
+    }
+  }
+}
+
+TEST(JointRefinement, EveryKeyScanHangsOnTheOneBefore) {
+  Walk w = walk(5, 0.02);
+  w.keys[3].points = {};  // sees nothing: only the front end's step holds it
+  const Pose2 step = between(w.keys[2].T_front_robot, w.keys[3].T_front_robot);
+  const JointRefinement result = refine_jointly(w.keys, {}, {});
+  EXPECT_LT(
+      between(step, between(w.keys[2].T_map_robot, w.keys[3].T_map_robot)).translation().norm(),
+      1e-3);
+  for (int i = 1; i < 5; ++i)
+    EXPECT_TRUE(std::any_of(result.edges.begin(), result.edges.end(), [i](const graph::Edge& e) {
+      return e.from == i - 1 && e.to == i;
+    })) << i;
+}
+
+TEST(JointRefinement, OneOrNoneIsLeftAlone) {
+  KeyScans none;
+  EXPECT_TRUE(refine_jointly(none, {}, {}).edges.empty());
+  Walk w = walk(1, 0);
+  EXPECT_TRUE(refine_jointly(w.keys, {}, {}).edges.empty());
+  EXPECT_EQ(w.keys[0].T_map_robot, w.truth[0]);
+  Walk two = walk(3, 0.02);
+  const KeyScans before = two.keys;
+  refine_jointly(two.keys, {.rounds = 0}, {});
+  EXPECT_EQ(two.keys[1].T_map_robot, before[1].T_map_robot);
+}
+
+}  // namespace
+}  // namespace majak::slam
