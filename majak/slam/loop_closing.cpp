@@ -257,12 +257,20 @@ bool LoopCloser::try_close(const KeyScans& keys, std::size_t query, std::size_t 
   return closure.agreement >= options_.agreement && closure.overlap >= options_.overlap;
 }
 
-// Key scans go with the anchor of their submap.
+// Key scans go with the anchor of their submap, or with its neighbour where a step that is not to be
+// trusted lies between.
 void LoopCloser::place(KeyScans& keys) const {
   if (anchors_.empty()) return;
   const auto n = static_cast<std::size_t>(options_.submap_keys);
+  const auto trusted = [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = from + 1; k <= to; ++k)
+      if (keys[k].weak_step) return false;
+    return true;
+  };
   for (std::size_t k = 0; k < keys.size(); ++k) {
-    const std::size_t a = std::min(k / n, anchors_.size() - 1), key = anchor_key(a);
+    std::size_t a = std::min(k / n, anchors_.size() - 1), key = anchor_key(a);
+    if (a > 0 && !trusted(k, key) && trusted(anchor_key(a - 1), k)) key = anchor_key(--a);
+    if (a + 1 < anchors_.size() && !trusted(key, k) && trusted(k, anchor_key(a + 1))) key = anchor_key(++a);
     keys[k].T_map_robot = anchors_[a] * between(keys[key].T_front_robot, keys[k].T_front_robot);
   }
 }
