@@ -82,6 +82,14 @@ Site GraphSlam::finish() {
   place_scans(key_covariances(keys_, refined_));
   record_constraints();
   site_.odometry = odometry_.findings();
+  OdometryFindings& found = site_.odometry;  // the model knows the place against the nominal one
+  if (found.laser_x_m.used) {
+    const Pose2 T_robot_laser = Pose2{found.laser_x_m.value, found.laser_y_m.value, found.laser_theta_rad.value} *
+                                site_.scans.front().scan.T_robot_laser;
+    found.laser_x_m.value = T_robot_laser.x;
+    found.laser_y_m.value = T_robot_laser.y;
+    found.laser_theta_rad.value = T_robot_laser.theta;
+  }
   site_.used_odometry = options_.use_odometry && odometry_.pose(0).has_value();
   return std::move(site_);
 }
