@@ -15,7 +15,8 @@ graph::PoseGraph graph_of(const Site& site) {
   }
   for (const Constraint& c : site.constraints) {
     if (!c.enabled || node[c.from] < 0 || node[c.to] < 0) continue;
-    graph.edges.push_back({node[c.from], node[c.to], c.T_from_to, c.information, c.kind == ConstraintKind::closure});
+    graph.edges.push_back(
+        {node[c.from], node[c.to], c.T_from_to, c.information, c.kind == ConstraintKind::closure});
   }
   return graph;
 }
