@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/slam/graph_slam.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -62,7 +63,6 @@ void GraphSlam::process(std::size_t index) {
                                     : keys_.back().T_map_robot * between(keys_.back().T_front_robot, step.T_map_robot);
     key.weak_step = weak;
     key.step_information = step_information(step, weak);
-    key.laser_step_information = laser_step_information(step, weak);
     keys_.push_back(std::move(key));
     if (options_.close_loops) loop_closer_.update(keys_, false);
   }
@@ -79,9 +79,7 @@ Site GraphSlam::finish() {
   JointRefinementOptions refinement = options_.refinement;
   if (!options_.close_loops) refinement.near_in_space = 0;
   refined_ = refine_jointly(keys_, refinement, threads_);
-  std::vector<UnseenMotion> unseen(keys_.size());
-  for (std::size_t k = 1; k < keys_.size(); ++k) unseen[k] = unseen_motion(site_.scans[keys_[k - 1].scan], site_.scans[keys_[k].scan]);
-  place_scans(key_uncertainty(keys_, refined_, unseen).covariances);
+  place_scans(key_covariances(keys_, refined_));
   record_constraints();
   site_.odometry = odometry_.findings();
   OdometryFindings& found = site_.odometry;  // the model knows the place against the nominal one
@@ -123,8 +121,16 @@ void GraphSlam::place_scan(PosedScan& posed, const KeyScan& key, const Mat3& cov
   const match::Match match = match::align(points, map, prior, align);
   Estimate& estimate = posed.estimate;
   estimate.T_map_robot = match.T_map_robot;
+  estimate.covariance = scan_covariance(covariance, match, prior);
   posed.match_score = static_cast<float>(match.score);
-  judge(covariance, match, unseen_motion(site_.scans[key.scan], posed), estimate);
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+  axes.computeDirect(match.information.topLeftCorner<2, 2>());
+  if (match.score < 0.4) {
+    estimate.health = Health::lost;
+  } else if (axes.eigenvalues()(0) < prior.information(0, 0)) {
+    estimate.health = Health::degraded;
+    estimate.weak_direction = axes.eigenvectors().col(0);
+  }
 }
 
 void GraphSlam::record_constraints() {

@@ -100,8 +100,6 @@ PairSum pair_up(const match::ScanPoints& source, const map::SurfelMap& target, c
 
 JointRefinement refine_jointly(KeyScans& keys, const JointRefinementOptions& options, Threads threads) {
   JointRefinement result;
-  result.step_weight = options.prior;
-  result.sigma = options.sigma;
   const double inv_sigma2 = 1.0 / (options.sigma * options.sigma);
   const auto pairs = partners(keys, options);
   std::vector<std::vector<std::size_t>> sources(keys.size());  // by target
@@ -131,15 +129,12 @@ JointRefinement refine_jointly(KeyScans& keys, const JointRefinementOptions& opt
     });
     graph::PoseGraph graph;
     result.edges.clear();
-    result.is_step.clear();
     double cost = 0, weight = 0;
     for (std::size_t k = 0; k < keys.size(); ++k) {
       graph.poses.push_back(keys[k].T_map_robot);
       graph.edges.insert(graph.edges.end(), edges[k].begin(), edges[k].end());
-      result.is_step.resize(graph.edges.size(), false);
       if (k > 0)
         graph.edges.push_back({static_cast<int>(k) - 1, static_cast<int>(k), between(keys[k - 1].T_front_robot, keys[k].T_front_robot), options.prior * keys[k].step_information, false});
-      result.is_step.resize(graph.edges.size(), true);
       cost += sums[k].cost, weight += sums[k].weight;
     }
     graph::optimize(graph, {.max_iterations = 3, .relative_tolerance = 1e-5, .start = graph::Start::given, .robust = graph::Robust::none});

@@ -25,9 +25,6 @@ struct JointRefinementOptions {
 
 struct JointRefinement {
   std::vector<graph::Edge> edges;  ///< of the last round, indices of key scans
-  std::vector<bool> is_step;       ///< of each edge: a step of the front end, not a pair
-  double step_weight = 0;          ///< of the steps beside the pairs
-  double sigma = 0.02;             ///< m, of a return, that the pairs' information was made with
   std::vector<double> rms;         ///< m, of the paired returns, round by round
 };
 

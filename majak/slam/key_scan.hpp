@@ -17,7 +17,6 @@ struct KeyScan {
   Pose2 T_map_robot;            ///< current estimate
   Pose2 T_front_robot;          ///< pose in the front end's drifting frame
   Mat3 step_information = Mat3::Zero();  ///< of T_previous_this, axes of this key scan
-  Mat3 laser_step_information = Mat3::Zero();  ///< the same of the laser alone
   bool weak_step = false;       ///< the way from the key scan before is not to be trusted
 };
 
