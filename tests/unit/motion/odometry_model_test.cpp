@@ -274,7 +274,7 @@ TEST(OdometryModel, StampsInBurstsAndBackwards) {
   OdometryModel stream;
   for (std::size_t i = 0; i < 40; ++i) {
     const Time time =
-        from_seconds(i == 17 ? -3600.0 : 0.5 * std::floor(static_cast<double>(i) / 5));
+        from_seconds(i % 7 == 5 ? -3600.0 : 0.5 * std::floor(static_cast<double>(i) / 5));
     stream.add(Odometry{time, {0.1 * static_cast<double>(i), 0, 0}, {}, {}});
   }
   for (std::size_t i = 0; i < 30; ++i) {
@@ -286,8 +286,23 @@ TEST(OdometryModel, StampsInBurstsAndBackwards) {
     const auto predicted = stream.predict(i);
     ASSERT_TRUE(predicted.has_value());
     EXPECT_GT(predicted->T_previous_robot.x, -1e-9);
-    EXPECT_LT(predicted->T_previous_robot.x, 0.5 + 1e-9);
+    // Never earlier than its own burst, nor later than the next one.
+    EXPECT_NEAR(stream.pose(i)->x, 0.1 * static_cast<double>(i), 0.5 + 1e-9);
+    EXPECT_LT(predicted->T_previous_robot.x, 0.6 + 1e-9);
   }
+}
+
+TEST(OdometryModel, AClockThatWasSetBackSpoilsNothingBefore) {
+  OdometryModel model;
+  const auto stamp = [](int i) { return from_seconds(0.1 * (i <= 20 ? i : i - 21)); };
+  for (int i = 0; i <= 60; ++i) model.add(Odometry{stamp(i), {0.1 * i, 0, 0}, {}, {}});
+  for (int i = 0; i < 20; ++i) {
+    Scan scan;
+    scan.time = from_seconds(0.1 * i + 0.05);
+    model.add(scan);
+  }
+  for (int i = 0; i < 20; ++i)
+    EXPECT_NEAR(model.pose(static_cast<std::size_t>(i))->x, 0.1 * i + 0.05, 1e-9);
 }
 
 TEST(OdometryModel, AScanWithoutARecordDoesNotShiftTheOthers) {

@@ -228,9 +228,18 @@ TEST(LoopCloser, AnUntrustedStepMayBeFarOff) {
 }
 
 TEST(GraphSlam, ARingWorldCloses) {
-  const Site site = map_of(simulated_run("ring", 1));
+  const auto events = simulated_run("ring", 1);
+  const auto truth = truth_of(events);
+  const Site site = map_of(events);
   EXPECT_GT(closures_of(site), 10);
   EXPECT_LT(error_of(site).rms, 0.08);  // 200 m, two laps
+  // One recess looks like the next: no closure is off by one.
+  for (const Constraint& c : site.constraints) {
+    if (c.kind != ConstraintKind::closure) continue;
+    const Pose2 truly =
+        between(truth.at(site.scans[c.from].scan.time), truth.at(site.scans[c.to].scan.time));
+    EXPECT_LT(between(c.T_from_to, truly).translation().norm(), 0.3);
+  }
 }
 
 }  // namespace
