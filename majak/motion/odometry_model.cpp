@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/motion/odometry_model.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -11,9 +10,18 @@ namespace majak::motion {
 namespace {
 
 constexpr std::size_t kNoRecord = static_cast<std::size_t>(-1);
-constexpr std::size_t kHistory = 2000;      // scans looked back at when learning
-constexpr double kGrossTurn = 0.10;         // rad, disagreement beyond which a scan is an outlier
-constexpr double kGrossStep = 0.15;         // m
+constexpr std::size_t kHistory = 2000;  // scans looked back at when learning
+constexpr std::size_t kSampled = 600;   // scans that a search over lags looks at
+constexpr std::size_t kLeastSteps = 100;
+constexpr Duration kShift = kSecond / 10;  // half the width of the difference that gives a rate
+constexpr int kRounds = 3;                 // Newton steps, of which the first does nearly all
+constexpr double kSure = 3;                // sigmas from 0 before a lag is applied
+// A value is used when its sigma is below this.
+constexpr double kUsableLag = 0.03, kUsableScale = 0.02, kUsablePlace = 0.02, kUsableTurn = 0.01;
+// A scan is no instant: its beams are fired over 7 to 27 ms.
+constexpr double kLagFloor = 0.005;  // s
+// What the laser's own steps are wrong by, seen over simulated drives.
+constexpr double kScaleFloor = 0.0015, kTurnScaleFloor = 0.002;
 
 }  // namespace
 
@@ -28,13 +36,26 @@ void OdometryModel::Stream::push(Time time, const Pose2& pose, double speed, boo
   samples.push_back(s);
 }
 
-std::optional<Pose2> OdometryModel::Stream::at(Time time) const {
+std::optional<Pose2> OdometryModel::Stream::at(Time time, std::size_t& hint) const {
   if (samples.empty() || time < latest.front() || time > latest.back()) return std::nullopt;
-  const auto after = static_cast<std::size_t>(std::lower_bound(latest.begin(), latest.end(), time) - latest.begin());
+  std::size_t after = std::min(hint, latest.size() - 1);
+  for (int k = 0; k < 8 && latest[after] < time; ++k) ++after;
+  if (latest[after] < time || (after > 0 && latest[after - 1] >= time))
+    after = static_cast<std::size_t>(std::lower_bound(latest.begin(), latest.end(), time) -
+                                     latest.begin());
+  hint = after;
   if (latest[after] == time || after == 0) return samples[after].mended;
-  const double part = static_cast<double>(time - latest[after - 1]) / static_cast<double>(latest[after] - latest[after - 1]);
-  const Pose2 &a = samples[after - 1].mended, &b = samples[after].mended;  // a few centimetres apart: straight
-  return Pose2{a.x + part * (b.x - a.x), a.y + part * (b.y - a.y), wrap_angle(a.theta + part * angle_diff(b.theta, a.theta))};
+  const double part = static_cast<double>(time - latest[after - 1]) /
+                      static_cast<double>(latest[after] - latest[after - 1]);
+  const Pose2 &a = samples[after - 1].mended,
+              &b = samples[after].mended;  // a few centimetres apart: straight
+  return Pose2{a.x + part * (b.x - a.x), a.y + part * (b.y - a.y),
+               wrap_angle(a.theta + part * angle_diff(b.theta, a.theta))};
+}
+
+double OdometryModel::Stream::speed(Time time) const {
+  const auto after = std::upper_bound(latest.begin(), latest.end(), time) - latest.begin();
+  return after > 0 ? samples[static_cast<std::size_t>(after) - 1].speed : 0;
 }
 
 void OdometryModel::add(const Odometry& odometry) {
@@ -46,7 +67,7 @@ void OdometryModel::add(const Scan& scan) {
   observed_.push_back({});
   record_of_.push_back(scan.T_odom_robot ? records_.samples.size() : kNoRecord);
   if (scan.T_odom_robot)
-    records_.push(scan.time, *scan.T_odom_robot, 0, false);
+    records_.push(scan.time, *scan.T_odom_robot, stream_.speed(scan.time), reversed_);
   else if (scan_times_.size() == 1)
     choice_.records = false;
 }
@@ -58,10 +79,17 @@ bool OdometryModel::ready(std::size_t scan) const {
   return s.latest.empty() || s.latest.back() >= wanted;
 }
 
-std::optional<Pose2> OdometryModel::pose(const Choice& choice, std::size_t scan) const {
+std::optional<Pose2> OdometryModel::pose(const Choice& choice, std::size_t scan,
+                                         std::size_t& hint) const {
   if (choice.records && choice.lag == 0)
-    return record_of_[scan] != kNoRecord ? std::optional(records_.samples[record_of_[scan]].mended) : std::nullopt;
-  return (choice.records ? records_ : stream_).at(scan_times_[scan] + choice.lag);
+    return record_of_[scan] != kNoRecord ? std::optional(records_.samples[record_of_[scan]].mended)
+                                         : std::nullopt;
+  return (choice.records ? records_ : stream_).at(scan_times_[scan] + choice.lag, hint);
+}
+
+std::optional<Pose2> OdometryModel::pose(const Choice& choice, std::size_t scan) const {
+  std::size_t hint = choice.records ? scan : stream_.samples.size();  // the newest, as a rule
+  return pose(choice, scan, hint);
 }
 
 std::optional<Pose2> OdometryModel::pose(std::size_t scan) const { return pose(choice_, scan); }
@@ -73,21 +101,29 @@ std::optional<Pose2> OdometryModel::wheel_motion(const Choice& choice, std::size
   return between(*before, *now);
 }
 
+// The nominal robot's step from that of the wheels.
+Pose2 OdometryModel::foretold(const Pose2& wheels) const {
+  const Pose2 mended{scale_ * wheels.x, scale_ * wheels.y, wrap_angle(turn_scale_ * wheels.theta)};
+  return offset_.inverse() * mended * offset_;
+}
+
 std::optional<PredictedMotion> OdometryModel::predict(std::size_t scan) const {
   const auto wheels = wheel_motion(choice_, scan);
   if (!wheels) return std::nullopt;
-  const Pose2 mended{scale_ * wheels->x, scale_ * wheels->y, wrap_angle(turn_scale_ * wheels->theta)};
   PredictedMotion motion;
-  motion.T_previous_robot = offset_.inverse() * mended * offset_;
-  const double step = std::hypot(mended.x, mended.y), turn = std::abs(mended.theta);
+  motion.T_previous_robot = foretold(*wheels);
+  const double step = scale_ * std::hypot(wheels->x, wheels->y),
+               turn = turn_scale_ * std::abs(wheels->theta);
   if (findings_.translation_noise <= 0) {  // nothing learnt yet
     motion.sigma_translation = options_.floor_translation + options_.share * step;
     motion.sigma_rotation = options_.floor_rotation + options_.share * turn;
     return motion;
   }
   // Errors of the wheels add up like a random walk.
-  motion.sigma_translation = options_.learnt_floor_translation + 1.5 * findings_.translation_noise * std::sqrt(step);
-  motion.sigma_rotation = options_.learnt_floor_rotation + 1.5 * findings_.rotation_noise * std::sqrt(turn);
+  motion.sigma_translation =
+      options_.learnt_floor_translation + 1.5 * findings_.translation_noise * std::sqrt(step);
+  motion.sigma_rotation =
+      options_.learnt_floor_rotation + 1.5 * findings_.rotation_noise * std::sqrt(turn);
   return motion;
 }
 
@@ -95,14 +131,13 @@ void OdometryModel::observe(std::size_t scan, const Pose2& T_previous_robot, boo
   observed_[scan] = {T_previous_robot, trusted};
   if (scan < next_learning_) return;
   next_learning_ *= 2;
-  learn();
+  learn(scan);
 }
 
-void OdometryModel::learn() {
-  const std::size_t n = next_learning_ / 2, first = n > kHistory ? n - kHistory : 1;
+void OdometryModel::learn(std::size_t newest) {
+  const std::size_t first = newest > kHistory ? newest - kHistory : 1;
   learn_direction(first);
-  learn_lag(first);
-  learn_linear(first);
+  learn_faults(first);
 }
 
 // A logger that integrates |v| writes a step ahead where it states a negative speed.
@@ -114,111 +149,172 @@ void OdometryModel::learn_direction(std::size_t first) {
     if (!observed_[i].trusted) continue;
     const auto wheels = wheel_motion({false, 0}, i);
     const auto& latest = stream_.latest;
-    const auto k = static_cast<std::size_t>(std::lower_bound(latest.begin(), latest.end(), scan_times_[i]) - latest.begin());
-    if (!wheels || k >= latest.size() || stream_.samples[k].speed >= 0 || wheels->x <= 0.005) continue;
+    const auto k = static_cast<std::size_t>(
+        std::lower_bound(latest.begin(), latest.end(), scan_times_[i]) - latest.begin());
+    if (!wheels || k >= latest.size() || stream_.samples[k].speed >= 0 || wheels->x <= 0.005)
+      continue;
     along += wheels->x * observed_[i].motion.x;
     ++records;
   }
   if (records < 5 || along >= 0) return;
   reversed_ = true;
-  choice_.records = false;  // the scans' own records state no speed, so they cannot be mended
-  mend();
+  const auto mend = [](Stream& stream) {
+    Stream mended;
+    for (const Sample& s : stream.samples) mended.push(s.time, s.raw, s.speed, true);
+    stream = std::move(mended);
+  };
+  for (std::size_t i = 1; i < stream_.samples.size(); ++i)
+    findings_.reversed_records += stream_.samples[i].speed < 0 &&
+                                  between(stream_.samples[i - 1].raw, stream_.samples[i].raw).x > 0;
+  mend(stream_);
+  mend(records_);
 }
 
-void OdometryModel::mend() {
-  Stream mended;
-  findings_.reversed_records = 0;
-  for (const Sample& s : stream_.samples) {
-    if (!mended.samples.empty() && s.speed < 0 && between(mended.samples.back().raw, s.raw).x > 0) ++findings_.reversed_records;
-    mended.push(s.time, s.raw, s.speed, true);
-  }
-  stream_ = std::move(mended);
-}
-
-// Mean disagreement in heading, each scan's capped; turning tells the time best.
+// Mean disagreement in heading and way, each scan's capped; of at most kSampled scans.
 double OdometryModel::disagreement(const Choice& choice, std::size_t first) const {
   double sum = 0;
-  std::size_t n = 0;
-  for (std::size_t i = first; i < observed_.size(); ++i) {
+  std::size_t n = 0, hint = 0;
+  const std::size_t stride = 1 + (observed_.size() - first) / kSampled;
+  for (std::size_t i = first; i < observed_.size(); i += stride) {
     if (!observed_[i].trusted) continue;
-    const auto wheels = wheel_motion(choice, i);
-    if (!wheels) continue;
-    sum += std::min(std::abs(angle_diff(wheels->theta, observed_[i].motion.theta)), kGrossTurn);
-    sum += std::min(std::abs(std::hypot(wheels->x, wheels->y) - std::hypot(observed_[i].motion.x, observed_[i].motion.y)), kGrossStep);
+    const auto before = pose(choice, i - 1, hint), now = pose(choice, i, hint);
+    if (!before || !now) continue;
+    const Pose2& seen = observed_[i].motion;
+    const double turn = turn_scale_ * angle_diff(now->theta, before->theta);
+    const double way = scale_ * std::hypot(now->x - before->x, now->y - before->y);
+    sum += std::min(std::abs(angle_diff(turn, seen.theta)), kGrossTurn);
+    sum += std::min(std::abs(way - std::hypot(seen.x, seen.y)), kGrossStep);
     ++n;
   }
-  return n < 100 ? 1e9 : sum / static_cast<double>(n);
+  return n < kLeastSteps ? 1e9 : sum / static_cast<double>(n);
 }
 
-void OdometryModel::learn_lag(std::size_t first) {
-  const double now = disagreement(choice_, first);
-  double best = 0.97 * now;  // a change must be worth it
+OdometryModel::Choice OdometryModel::search_lag(std::size_t first) const {
+  double best = 0.97 * disagreement(choice_, first);  // a change must be worth it
   Choice chosen = choice_;
   const int steps = static_cast<int>(std::lround(options_.max_lag / options_.lag_step));
   for (const bool records : {true, false}) {
-    if ((records ? records_ : stream_).samples.empty() || (records && reversed_)) continue;
+    if ((records ? records_ : stream_).samples.empty()) continue;
     for (int k = -steps; k <= steps; ++k) {
       const Choice choice{records, from_seconds(k * options_.lag_step)};
       const double value = disagreement(choice, first);
       if (value < best) best = value, chosen = choice;
     }
   }
-  choice_ = chosen;
-  findings_.lag_s = {to_seconds(choice_.lag), options_.lag_step, choice_.lag != 0};
+  return chosen;
 }
 
-// Scale, turn scale and offset by robust linear least squares of
-//   t_laser = R(-theta) (scale * t_wheels + (R - I) (x, y)),   turn_laser = turn_scale * turn_wheels,
-// which is linear in scale cos(theta), R(-theta) (x, y), scale sin(theta).
-void OdometryModel::learn_linear(std::size_t first) {
-  Eigen::Matrix4d h = Eigen::Matrix4d::Zero();
-  Eigen::Vector4d b = Eigen::Vector4d::Zero();
-  double cost = 0, rows = 0, turn_xy = 0, turn_xx = 0, way = 0, turned = 0, turn_cost = 0;
-  const Vec2 turned_back = Pose2{0, 0, -offset_.theta} * offset_.translation();
-  const Eigen::Vector4d current(scale_ * std::cos(offset_.theta), turned_back.x(), turned_back.y(), scale_ * std::sin(offset_.theta));
+// Where scans are stamped in bursts their own records fit, and anything interpolated between them
+// does not: such stamps tell no lag.
+bool OdometryModel::stamps_tell(const Choice& choice, std::size_t first) const {
+  if (!choice.records || choice.lag != 0) return true;
+  const double exact = disagreement(choice, first);
+  return std::max(disagreement({true, -kSecond / 1000}, first),
+                  disagreement({true, kSecond / 1000}, first)) < 1.1 * exact;
+}
+
+std::vector<ComparedStep> OdometryModel::compare(const Choice& choice, bool timed,
+                                                 std::size_t first) const {
+  const std::array<Choice, 3> shifted{
+      choice, {choice.records, choice.lag - kShift}, {choice.records, choice.lag + kShift}};
+  std::array<std::vector<std::optional<Pose2>>, 3> paths;
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::size_t hint = 0;
+    for (std::size_t i = first - 1; i < observed_.size(); ++i)
+      paths[k].push_back(pose(shifted[k], i, hint));
+  }
+  std::vector<ComparedStep> steps;
+  for (std::size_t i = first + 1; i + 1 < observed_.size(); ++i) {
+    if (!observed_[i - 1].trusted || !observed_[i].trusted || !observed_[i + 1].trusted) continue;
+    std::array<Pose2, 3> wheels;
+    bool all = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto &before = paths[k][i - first], &now = paths[k][i - first + 1];
+      all = all && before && now;
+      if (all) wheels[k] = between(*before, *now);
+    }
+    const double dt_before = to_seconds(scan_times_[i - 1] - scan_times_[i - 2]);
+    const double dt_after = to_seconds(scan_times_[i + 1] - scan_times_[i]);
+    if (!all || dt_before <= 0 || dt_after <= 0) continue;
+    const Vec3 before = observed_[i - 1].motion.vector(), after = observed_[i + 1].motion.vector();
+    const Vec3 rate = (wheels[2].vector() - wheels[1].vector()) / (2 * to_seconds(kShift));
+    steps.push_back(
+        {observed_[i].motion, wheels[0], Vec3::Zero(), 0.5 * (before + after), Vec3::Zero()});
+    if (!timed) continue;
+    steps.back().wheels_per_lag = rate;
+    steps.back().change = 0.5 * (after / dt_after - before / dt_before);
+  }
+  return steps;
+}
+
+void OdometryModel::learn_faults(std::size_t first) {
+  Choice found = search_lag(first);
+  const Duration searched = found.lag;
+  const bool timed = stamps_tell(found, first);
+  OdometryFit fit;
+  fit.faults = {0, scale_, turn_scale_, offset_};
+  for (int round = 0; round < kRounds; ++round) {
+    const auto steps = compare(found, timed, first);
+    if (steps.size() < kLeastSteps) return;
+    fit = fit_odometry(steps, fit.faults, round + 1 == kRounds);
+    const Duration furthest = from_seconds(1.5 * options_.lag_step);
+    found.lag = std::clamp(found.lag + from_seconds(fit.faults.lag), searched - furthest,
+                           searched + furthest);
+  }
+  choose_lag(found, fit, first);
+  take_findings(fit);
+  learn_noise(first);
+}
+
+void OdometryModel::take_findings(const OdometryFit& fit) {
+  const auto learnt = [](double value, double sigma, double usable, double floor = 0) {
+    return Learnt{value, std::hypot(sigma, floor), sigma < usable};
+  };
+  const OdometryFaults& f = fit.faults;
+  findings_.translation_scale = learnt(f.scale, fit.scale, kUsableScale, kScaleFloor);
+  findings_.rotation_scale = learnt(f.turn_scale, fit.turn_scale, kUsableScale, kTurnScaleFloor);
+  findings_.laser_x_m = learnt(f.D.x, fit.D.x(), kUsablePlace);
+  findings_.laser_y_m = learnt(f.D.y, fit.D.y(), kUsablePlace);
+  findings_.laser_theta_rad = learnt(f.D.theta, fit.D.z(), kUsableTurn);
+  scale_ = findings_.translation_scale.used ? f.scale : 1;
+  turn_scale_ = findings_.rotation_scale.used ? f.turn_scale : 1;
+  offset_ = {findings_.laser_x_m.used ? f.D.x : 0, findings_.laser_y_m.used ? f.D.y : 0,
+             findings_.laser_theta_rad.used ? f.D.theta : 0};
+}
+
+// Determined: a small sigma, and a disagreement that grows to both sides. Applied: not nothing.
+void OdometryModel::choose_lag(const Choice& found, const OdometryFit& fit, std::size_t first) {
+  const auto at = [&](Duration aside) {
+    return disagreement({found.records, found.lag + aside}, first);
+  };
+  const double here = at(0);
+  Learnt& lag = findings_.lag_s;
+  lag = {to_seconds(found.lag), std::hypot(fit.lag, kLagFloor), false};
+  lag.used = fit.lag < kUsableLag && here < at(-2 * kShift) && here < at(2 * kShift);
+  const bool applied = lag.used && std::abs(lag.value) > kSure * lag.sigma;
+  choice_ = {found.records, applied ? found.lag : 0};
+}
+
+// Errors of the wheels add up like a random walk: per root of the way and of the turn.
+void OdometryModel::learn_noise(std::size_t first) {
+  double cost = 0, rows = 0, way = 0, turned = 0, turn_cost = 0, samples = 0;
+  std::size_t hint = 0;
   for (std::size_t i = first; i < observed_.size(); ++i) {
     if (!observed_[i].trusted) continue;
-    const auto wheels = wheel_motion(choice_, i);
-    if (!wheels) continue;
+    const auto before = pose(choice_, i - 1, hint), now = pose(choice_, i, hint);
+    if (!before || !now) continue;
     const Pose2& seen = observed_[i].motion;
-    const double off_turn = angle_diff(seen.theta, turn_scale_ * wheels->theta);
-    const double c = std::cos(wheels->theta) - 1, s = std::sin(wheels->theta);
-    Eigen::Matrix<double, 2, 4> a;
-    a << wheels->x, c, -s, wheels->y, wheels->y, s, c, -wheels->x;
-    const Vec2 e = seen.translation() - a * current;
-    if (e.norm() > kGrossStep || std::abs(off_turn) > kGrossTurn) continue;
-    const double w = 1.0 / (1.0 + e.squaredNorm() / (0.02 * 0.02));
-    h += w * a.transpose() * a;
-    b += w * a.transpose() * seen.translation();
-    cost += w * e.squaredNorm(), rows += 2 * w;
-    turn_xy += wheels->theta * seen.theta, turn_xx += wheels->theta * wheels->theta;
-    way += wheels->translation().norm(), turned += std::abs(wheels->theta);
+    const Pose2 wheels = between(*before, *now), told = foretold(wheels);
+    const double off_turn = angle_diff(seen.theta, told.theta);
+    const double off_step = (seen.translation() - told.translation()).squaredNorm();
+    if (off_step > kGrossStep * kGrossStep || std::abs(off_turn) > kGrossTurn) continue;
+    const double w = 1.0 / (1.0 + off_step / (0.02 * 0.02));
+    cost += w * off_step, rows += w, samples += 1;
+    way += wheels.translation().norm(), turned += std::abs(wheels.theta);
     turn_cost += off_turn * off_turn;
   }
-  if (rows < 200) return;
-  // What the log does not determine stays at its nominal value: a weak prior of 1 (scale), 0.3 m, 0.1 rad.
-  const double variance = std::max(cost / rows, 1e-6);
-  Eigen::Vector4d prior(1 / (0.1 * 0.1), 1 / (0.1 * 0.1), 1 / (0.1 * 0.1), 1 / (0.05 * 0.05));
-  h /= variance, b /= variance;
-  h.diagonal() += prior;
-  b(0) += prior(0);
-  const Eigen::Vector4d x = h.llt().solve(b);
-  const Eigen::Vector4d sigma = h.inverse().diagonal().cwiseSqrt();
-  scale_ = std::hypot(x(0), x(3));
-  const double theta = std::atan2(x(3), x(0));
-  const Vec2 place = Pose2{0, 0, theta} * Vec2(x(1), x(2));
-  offset_ = {place.x(), place.y(), theta};
-  findings_.translation_scale = {scale_, sigma(0), true};
-  findings_.laser_x_m = {place.x(), sigma(1), true};
-  findings_.laser_y_m = {place.y(), sigma(2), true};
-  findings_.laser_theta_rad = {theta, sigma(3), true};
-  const double samples = rows / 2;
-  if (turn_xx > 0.1) {
-    turn_scale_ = turn_xy / turn_xx;
-    findings_.rotation_scale = {turn_scale_, std::sqrt(turn_cost / samples / turn_xx), true};
-  }
-  // Shares of the motion, twice the scatter that was seen.
-  findings_.translation_noise = std::sqrt(cost / rows * samples / std::max(way, 1e-3));
+  if (samples < kLeastSteps) return;
+  findings_.translation_noise = std::sqrt(cost / (2 * rows) * samples / std::max(way, 1e-3));
   findings_.rotation_noise = std::sqrt(turn_cost / std::max(turned, 1e-3));
 }
 

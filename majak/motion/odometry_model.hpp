@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // OdometryModel: what the wheels say about a motion, distrusted. It compares the odometry with the
-// laser's own motion as the log goes by and learns the odometry's lag, scale and direction of travel,
-// and where the laser sits; predictions are made with what was learnt.
+// laser's own motion as the log goes by and learns the odometry's lag, scale and direction of
+// travel, and where the laser sits; predictions are made with what was learnt.
 //
 //   laser motion = D^-1 * mended wheel motion(t + lag) * D,   D = (x, y, theta) of the laser's true
 //   mounting against the nominal one (hand-eye relation, docs/MATH.md "Odometry").
@@ -13,17 +13,18 @@
 
 #include "majak/core/event.hpp"
 #include "majak/core/site.hpp"
+#include "majak/motion/odometry_fit.hpp"
 
 namespace majak::motion {
 
 struct OdometryModelOptions {
-  double floor_translation = 0.02;  ///< m, least sigma of a predicted motion
-  double floor_rotation = 0.02;     ///< rad
+  double floor_translation = 0.02;          ///< m, least sigma of a predicted motion
+  double floor_rotation = 0.02;             ///< rad
   double learnt_floor_translation = 0.004;  ///< m, the same once the noise is learnt
   double learnt_floor_rotation = 0.006;     ///< rad
-  double share = 0.2;               ///< sigma per unit of predicted motion before anything is learnt
-  double max_lag = 0.30;            ///< s, searched on both sides
-  double lag_step = 0.02;           ///< s
+  double share = 0.2;      ///< sigma per unit of predicted motion before anything is learnt
+  double max_lag = 0.30;   ///< s, searched on both sides
+  double lag_step = 0.05;  ///< s, of that search; then by Newton steps
 };
 
 /// A predicted motion of the robot between two scans.
@@ -57,14 +58,16 @@ class OdometryModel {
   struct Sample {
     Time time;
     Pose2 raw, mended;
-    double speed;  ///< m/s, 0 if the log does not say
+    double speed;  ///< m/s, 0 if the log does not say; of a scan's record the stream's
   };
   /// One chain of odometry poses. `records`: the poses in the scans' own records.
   struct Stream {
     std::vector<Sample> samples;
     std::vector<Time> latest;  ///< running maximum of the stamps: what is searched
     void push(Time time, const Pose2& pose, double speed, bool reversed);
-    std::optional<Pose2> at(Time time) const;
+    double speed(Time time) const;  ///< as last stated by then
+    /// `hint`: where the last call found it; times that follow each other are found at once.
+    std::optional<Pose2> at(Time time, std::size_t& hint) const;
   };
   struct Choice {
     bool records = true;
@@ -76,14 +79,20 @@ class OdometryModel {
     bool trusted = false;
   };
 
+  std::optional<Pose2> pose(const Choice& choice, std::size_t scan, std::size_t& hint) const;
   std::optional<Pose2> pose(const Choice& choice, std::size_t scan) const;
   std::optional<Pose2> wheel_motion(const Choice& choice, std::size_t scan) const;
+  Pose2 foretold(const Pose2& wheels) const;
   double disagreement(const Choice& choice, std::size_t first) const;
-  void learn();
+  std::vector<ComparedStep> compare(const Choice& choice, bool timed, std::size_t first) const;
+  void learn(std::size_t newest);
   void learn_direction(std::size_t first);
-  void learn_lag(std::size_t first);
-  void learn_linear(std::size_t first);
-  void mend();
+  bool stamps_tell(const Choice& choice, std::size_t first) const;
+  Choice search_lag(std::size_t first) const;
+  void learn_faults(std::size_t first);
+  void choose_lag(const Choice& found, const OdometryFit& fit, std::size_t first);
+  void take_findings(const OdometryFit& fit);
+  void learn_noise(std::size_t first);
 
   OdometryModelOptions options_;
   Stream records_, stream_;
@@ -91,9 +100,9 @@ class OdometryModel {
   std::vector<std::size_t> record_of_;  ///< sample of records_ that came with a scan
   std::vector<Observed> observed_;
   Choice choice_;
-  bool reversed_ = false;          ///< a negative stated speed goes with a positive step
+  bool reversed_ = false;  ///< a negative stated speed goes with a positive step
   double scale_ = 1, turn_scale_ = 1;
-  Pose2 offset_;                   ///< D
+  Pose2 offset_;  ///< D
   std::size_t next_learning_ = 300;
   OdometryFindings findings_;
 };
