@@ -11,15 +11,15 @@ namespace {
 
 constexpr std::size_t kNoRecord = static_cast<std::size_t>(-1);
 constexpr std::size_t kHistory = 2000;  // scans looked back at when learning
-constexpr std::size_t kSampled = 600;   // scans that a search over lags looks at
+constexpr std::size_t kSampled = 400;   // scans that a search over lags looks at
 constexpr std::size_t kLeastSteps = 100;
 constexpr Duration kShift = kSecond / 10;  // half the width of the difference that gives a rate
-constexpr int kRounds = 3;                 // Newton steps, of which the first does nearly all
-constexpr double kSure = 3;                // sigmas from 0 before a lag is applied
+constexpr int kRounds = 2;                 // Newton steps, of which the first does nearly all
+constexpr double kSure = 2;  // sigmas from 0 from which a lag is applied, as it is told to be
 // A value is used when its sigma is below this.
 constexpr double kUsableLag = 0.03, kUsableScale = 0.02, kUsablePlace = 0.02, kUsableTurn = 0.01;
-// A scan is no instant: its beams are fired over 7 to 27 ms.
-constexpr double kLagFloor = 0.005;  // s
+// A scan is no instant: half the time of a sweep.
+constexpr double kLagFloor = 0.007;  // s
 // What the laser's own steps are wrong by, seen over simulated drives.
 constexpr double kScaleFloor = 0.0015, kTurnScaleFloor = 0.002;
 
