@@ -20,7 +20,7 @@ struct ComparedStep {
   Pose2 wheels;         ///< by the odometry, at the lag supposed
   Vec3 wheels_per_lag;  ///< derivative of `wheels` by the lag, per s
   Vec3 neighbours;      ///< mean of the laser's steps before and after
-  Vec3 change;          ///< the laser's velocity in the step after less that in the step before
+  Vec3 change;          ///< half of: the laser's velocity in the step after less that before
 };
 
 /// laser step = D^-1 * (scale, turn_scale)(wheel step, lag later) * D
@@ -39,6 +39,7 @@ struct OdometryFit {
 
 /// One Newton step from `start`. What the steps do not determine stays where the nominal values
 /// are, within the width of what is usual: 0.3 s, 10 %, 10 %, 0.1 m, 0.05 rad; its sigma says so.
+/// Sigmas are left at 0 unless `with_sigma`.
 OdometryFit fit_odometry(const std::vector<ComparedStep>& steps, const OdometryFaults& start,
                          bool with_sigma);
 

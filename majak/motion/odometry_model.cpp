@@ -170,11 +170,11 @@ void OdometryModel::learn_direction(std::size_t first) {
   mend(records_);
 }
 
-// Mean disagreement in heading and way, each scan's capped; of at most kSampled scans.
-double OdometryModel::disagreement(const Choice& choice, std::size_t first) const {
+// Mean disagreement in heading and way, each scan's capped.
+double OdometryModel::disagreement(const Choice& choice, std::size_t first,
+                                   std::size_t stride) const {
   double sum = 0;
   std::size_t n = 0, hint = 0;
-  const std::size_t stride = 1 + (observed_.size() - first) / kSampled;
   for (std::size_t i = first; i < observed_.size(); i += stride) {
     if (!observed_[i].trusted) continue;
     const auto before = pose(choice, i - 1, hint), now = pose(choice, i, hint);
@@ -190,14 +190,15 @@ double OdometryModel::disagreement(const Choice& choice, std::size_t first) cons
 }
 
 OdometryModel::Choice OdometryModel::search_lag(std::size_t first) const {
-  double best = 0.97 * disagreement(choice_, first);  // a change must be worth it
+  const std::size_t stride = 1 + (observed_.size() - first) / kSampled;
+  double best = 0.97 * disagreement(choice_, first, stride);  // a change must be worth it
   Choice chosen = choice_;
   const int steps = static_cast<int>(std::lround(options_.max_lag / options_.lag_step));
   for (const bool records : {true, false}) {
     if ((records ? records_ : stream_).samples.empty()) continue;
     for (int k = -steps; k <= steps; ++k) {
       const Choice choice{records, from_seconds(k * options_.lag_step)};
-      const double value = disagreement(choice, first);
+      const double value = disagreement(choice, first, stride);
       if (value < best) best = value, chosen = choice;
     }
   }
@@ -208,9 +209,10 @@ OdometryModel::Choice OdometryModel::search_lag(std::size_t first) const {
 // does not: such stamps tell no lag.
 bool OdometryModel::stamps_tell(const Choice& choice, std::size_t first) const {
   if (!choice.records || choice.lag != 0) return true;
-  const double exact = disagreement(choice, first);
-  return std::max(disagreement({true, -kSecond / 1000}, first),
-                  disagreement({true, kSecond / 1000}, first)) < 1.1 * exact;
+  const std::size_t stride = 1 + (observed_.size() - first) / kSampled;
+  const double exact = disagreement(choice, first, stride);
+  return std::max(disagreement({true, -kSecond / 1000}, first, stride),
+                  disagreement({true, kSecond / 1000}, first, stride)) < 1.1 * exact;
 }
 
 std::vector<ComparedStep> OdometryModel::compare(const Choice& choice, bool timed,

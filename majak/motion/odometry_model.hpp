@@ -83,7 +83,7 @@ class OdometryModel {
   std::optional<Pose2> pose(const Choice& choice, std::size_t scan) const;
   std::optional<Pose2> wheel_motion(const Choice& choice, std::size_t scan) const;
   Pose2 foretold(const Pose2& wheels) const;
-  double disagreement(const Choice& choice, std::size_t first) const;
+  double disagreement(const Choice& choice, std::size_t first, std::size_t stride = 1) const;
   std::vector<ComparedStep> compare(const Choice& choice, bool timed, std::size_t first) const;
   void learn(std::size_t newest);
   void learn_direction(std::size_t first);
