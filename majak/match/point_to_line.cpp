@@ -2,6 +2,7 @@
 #include "majak/match/point_to_line.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -12,6 +13,7 @@
 namespace majak::match {
 namespace {
 
+constexpr double kNormalNoise2 = 1.2e-3;  // rad^2, variance of a surfel's normal
 constexpr int kLanes = 8;  // sums are kept in lanes, in the same order whatever the vector unit
 
 // Sums of one Gauss-Newton iteration, in the map's axes about the robot.
@@ -24,9 +26,10 @@ struct NormalEquations {
 
 // The points of a scan at one pose, and what they met; arrays that keep their memory.
 struct Pairs {
-  std::vector<float> rx, ry, mx, my;      // point about the robot and in the map, map axes
-  std::vector<float> nx, ny, dx, dy, on;  // surfel's normal, point - surfel; share by which it counts
-  std::vector<float> share;               // the same before it is known what it met
+  std::vector<float> rx, ry, mx, my;  // point about the robot and in the map, map axes
+  std::vector<float> nx, ny, dx, dy,
+      on;                    // surfel's normal, point - surfel; share by which it counts
+  std::vector<float> share;  // the same before it is known what it met
   std::vector<std::uint32_t> surfel;
 
   void resize(std::size_t n) {
@@ -38,7 +41,8 @@ struct Pairs {
 };
 
 MAJAK_VECTORIZED void transform(const ScanPoints& points, const Pose2& pose, Pairs& pairs) {
-  const auto c = static_cast<float>(std::cos(pose.theta)), s = static_cast<float>(std::sin(pose.theta));
+  const auto c = static_cast<float>(std::cos(pose.theta)),
+             s = static_cast<float>(std::sin(pose.theta));
   const auto px = static_cast<float>(pose.x), py = static_cast<float>(pose.y);
   const std::size_t n = points.size();
   const float *x = points.x.data(), *y = points.y.data();
@@ -52,7 +56,8 @@ MAJAK_VECTORIZED void transform(const ScanPoints& points, const Pose2& pose, Pai
 }
 
 // Points without a surface (poles, legs) are few: they are summed here and leave the arrays.
-void look_up(const map::SurfelMap& map, std::size_t n, float gate2, float inv_cauchy2, Pairs& p, NormalEquations& sum) {
+void look_up(const map::SurfelMap& map, std::size_t n, float gate2, float inv_cauchy2, Pairs& p,
+             NormalEquations& sum) {
   map.nearest(p.mx.data(), p.my.data(), n, p.surfel.data());
   for (std::size_t i = 0; i < n; ++i) {
     p.on[i] = 0;
@@ -75,7 +80,8 @@ void look_up(const map::SurfelMap& map, std::size_t n, float gate2, float inv_ca
   }
 }
 
-MAJAK_VECTORIZED void accumulate(const Pairs& p, std::size_t n, float inv_cauchy2, NormalEquations& sum) {
+MAJAK_VECTORIZED void accumulate(const Pairs& p, std::size_t n, float inv_cauchy2,
+                                 NormalEquations& sum) {
   float h[11][kLanes] = {};
   for (std::size_t i = 0; i < n; i += kLanes) {
     for (int k = 0; k < kLanes; ++k) {
@@ -101,8 +107,8 @@ MAJAK_VECTORIZED void accumulate(const Pairs& p, std::size_t n, float inv_cauchy
   sum.cost += t[10];
 }
 
-NormalEquations collect(const ScanPoints& points, const map::SurfelMap& map, const Pose2& pose, float gate,
-                        float cauchy, Pairs& pairs) {
+NormalEquations collect(const ScanPoints& points, const map::SurfelMap& map, const Pose2& pose,
+                        float gate, float cauchy, Pairs& pairs) {
   NormalEquations sum;
   const float inv_cauchy2 = 1.0F / (cauchy * cauchy);
   transform(points, pose, pairs);
@@ -113,7 +119,43 @@ NormalEquations collect(const ScanPoints& points, const map::SurfelMap& map, con
 
 }  // namespace
 
-Match align(const ScanPoints& points, const map::SurfelMap& map, const PosePrior& prior, const AlignOptions& options) {
+int count_across(const ScanPoints& points, const map::SurfelMap& map, const Pose2& T_map_robot,
+                 const Vec2& direction, double gate) {
+  constexpr float kAcross = 0.6F;  // cosine of normal and direction
+  const auto c = static_cast<float>(std::cos(T_map_robot.theta)),
+             s = static_cast<float>(std::sin(T_map_robot.theta));
+  const auto px = static_cast<float>(T_map_robot.x), py = static_cast<float>(T_map_robot.y);
+  const auto ux = static_cast<float>(direction.x()), uy = static_cast<float>(direction.y());
+  const auto gate2 = static_cast<float>(gate * gate);
+  int count = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const float x = c * points.x[i] - s * points.y[i] + px,
+                y = s * points.x[i] + c * points.y[i] + py;
+    const std::uint32_t found = map.nearest(x, y);
+    if (found == map::SurfelMap::kNone) continue;
+    const map::Surfel& f = map.surfel(found);
+    const float dx = x - f.x, dy = y - f.y;
+    const bool faces =
+        f.nx * (x - px) + f.ny * (y - py) < 0;  // the robot is on the side that was seen
+    count += dx * dx + dy * dy < gate2 && faces && std::abs(f.nx * ux + f.ny * uy) > kAcross;
+  }
+  return count;
+}
+
+Mat3 without_normal_noise(const Mat3& information) {
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+  axes.computeDirect(information.topLeftCorner<2, 2>());
+  const double weak = axes.eigenvalues()(0);
+  if (!(weak > 0)) return Mat3::Identity();
+  const double kept = std::max(0.0, 1 - kNormalNoise2 * axes.eigenvalues().sum() / weak);
+  const Vec2 t = axes.eigenvectors().col(0);
+  Mat3 s = Mat3::Identity();
+  s.topLeftCorner<2, 2>() -= (1 - std::sqrt(kept)) * t * t.transpose();
+  return s;
+}
+
+Match align(const ScanPoints& points, const map::SurfelMap& map, const PosePrior& prior,
+            const AlignOptions& options) {
   Match match;
   match.T_map_robot = prior.T_map_robot;
   const double inv_sigma2 = 1.0 / (options.sigma * options.sigma);
@@ -129,10 +171,15 @@ Match align(const ScanPoints& points, const map::SurfelMap& map, const PosePrior
   }
   for (match.iterations = 0; match.iterations < options.max_iterations;) {
     ++match.iterations;
-    sum = collect(points, map, match.T_map_robot, static_cast<float>(gate), static_cast<float>(options.cauchy), pairs);
+    sum = collect(points, map, match.T_map_robot, static_cast<float>(gate),
+                  static_cast<float>(options.cauchy), pairs);
     if (sum.inliers < 3) break;
+    const Mat3 s = without_normal_noise(sum.hessian);
+    sum.hessian = s * sum.hessian * s;
+    sum.gradient = s * sum.gradient;
     const Pose2& at = match.T_map_robot;
-    const Vec3 off(at.x - prior.T_map_robot.x, at.y - prior.T_map_robot.y, angle_diff(at.theta, prior.T_map_robot.theta));
+    const Vec3 off(at.x - prior.T_map_robot.x, at.y - prior.T_map_robot.y,
+                   angle_diff(at.theta, prior.T_map_robot.theta));
     const Mat3 h = inv_sigma2 * sum.hessian + prior.information + 1e-6 * Mat3::Identity();
     const Vec3 b = inv_sigma2 * sum.gradient + prior.information * off;
     const Vec3 step = -h.llt().solve(b);
@@ -149,7 +196,8 @@ Match align(const ScanPoints& points, const map::SurfelMap& map, const PosePrior
   match.information = inv_sigma2 * sum.hessian;
   match.inliers = sum.inliers;
   match.rms = sum.weight > 0 ? std::sqrt(sum.cost / sum.weight) : 0;
-  match.score = points.size() > 0 ? static_cast<double>(sum.inliers) / static_cast<double>(points.size()) : 0;
+  match.score =
+      points.size() > 0 ? static_cast<double>(sum.inliers) / static_cast<double>(points.size()) : 0;
   return match;
 }
 

@@ -11,12 +11,13 @@ namespace majak::match {
 
 struct AlignOptions {
   int max_iterations = 12;
-  double gate = 0.30;         ///< m, pairs farther apart do not count, first iteration
-  double final_gate = 0.10;   ///< m, the same once the pose has settled
-  double sigma = 0.02;        ///< m, of a return off its surface
-  double cauchy = 0.04;       ///< m, residual at which a pair counts half
-  double full_range = 2.0;    ///< m, a return this far or farther counts fully, a nearer one by the square of its share
-  double tolerance = 2e-4;    ///< m (and rad times 5 m), a smaller step ends the iteration
+  double gate = 0.30;        ///< m, pairs farther apart do not count, first iteration
+  double final_gate = 0.10;  ///< m, the same once the pose has settled
+  double sigma = 0.02;       ///< m, of a return off its surface
+  double cauchy = 0.04;      ///< m, residual at which a pair counts half
+  double full_range = 2.0;   ///< m, a return this far or farther counts fully, a nearer one by the
+                             ///< square of its share
+  double tolerance = 2e-4;   ///< m (and rad times 5 m), a smaller step ends the iteration
 };
 
 /// What is known before the scan: a pose and its information in the map's axes.
@@ -27,16 +28,28 @@ struct PosePrior {
 
 struct Match {
   Pose2 T_map_robot;
-  Mat3 information = Mat3::Zero();  ///< of the pairs alone, without the prior, axes of the map at the robot
-  double rms = 0;                   ///< m, of the inliers
-  double score = 0;                 ///< share of the points that lie on the map within final_gate
+  Mat3 information =
+      Mat3::Zero();  ///< of the pairs alone, without the prior, axes of the map at the robot
+  double rms = 0;    ///< m, of the inliers
+  double score = 0;  ///< share of the points that lie on the map within final_gate
   int inliers = 0;
   int iterations = 0;
   bool converged = false;
 };
 
-/// Least-squares pose of `points` on `map`, started at prior.T_map_robot and held by its information
-/// where the pairs say nothing.
-Match align(const ScanPoints& points, const map::SurfelMap& map, const PosePrior& prior, const AlignOptions& options);
+/// How many points lie within `gate` m of a surface that stands across `direction` (unit, map
+/// frame): these tell how far a pose is along it.
+int count_across(const ScanPoints& points, const map::SurfelMap& map, const Pose2& T_map_robot,
+                 const Vec2& direction, double gate);
+
+/// S, to be used as S * information * S: scales down the direction in which the information is
+/// hardly more than what the noise of the surfaces' normals feigns. Along an empty corridor nothing
+/// is left.
+Mat3 without_normal_noise(const Mat3& information);
+
+/// Least-squares pose of `points` on `map`, started at prior.T_map_robot and held by its
+/// information where the pairs say nothing.
+Match align(const ScanPoints& points, const map::SurfelMap& map, const PosePrior& prior,
+            const AlignOptions& options);
 
 }  // namespace majak::match

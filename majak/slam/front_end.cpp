@@ -1,12 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/slam/front_end.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 namespace majak::slam {
 namespace {
+
+// Without wheels a few stray returns must not turn the motion round where the rest say nothing:
+// returns of one wall share their errors, so together they count too much, and habit is counted up
+// to match.
+constexpr double kHabit = 4.0;
+
+constexpr int kSlideGain = 3;         // returns more that must fit
+constexpr double kSlideShare = 0.33;  // of the returns left over, that must fit then
+constexpr double kSlideWeak = 0.04;   // share of the strong direction's information
+constexpr double kSlideGate = 0.08, kSlideStep = 0.06, kSlideReach = 0.6;  // m
 
 Mat3 information_of(const MotionPrior& motion) {
   const double t = 1.0 / (motion.sigma_translation * motion.sigma_translation);
@@ -16,22 +27,26 @@ Mat3 information_of(const MotionPrior& motion) {
 
 }  // namespace
 
-FrontEnd::FrontEnd(const FrontEndOptions& options) : options_(options), active_(options.map), next_(options.map) {}
+FrontEnd::FrontEnd(const FrontEndOptions& options)
+    : options_(options), active_(options.map), next_(options.map) {}
 
 FrontEndStep FrontEnd::add(const Scan& scan, const std::optional<MotionPrior>& motion) {
   FrontEndStep step;
   const auto points = match::scan_points(scan, options_.points, false, directions_);
   const Pose2 previous = pose_;
   if (started_ && points.size() >= 10) {
-    const MotionPrior prior = motion ? *motion : MotionPrior{constant_velocity(scan.time), 2 * surprise_translation_, 2 * surprise_rotation_};
+    const MotionPrior prior = motion ? *motion : habit(scan.time);
+    predict(prior);
     step.match = track(points, prior);
     if (step.match.score < options_.trusted_score) {
-      step.match = recover(points, step.match, prior, to_seconds(scan.time - last_time_) > options_.gap);
+      step.match =
+          recover(points, step.match, prior, to_seconds(scan.time - last_time_) > options_.gap);
       step.searched = true;
     }
     // What was found far off the prediction must fit well, or it is another place that looks alike.
     const Pose2 off = between(previous * prior.T_previous_robot, step.match.T_map_robot);
-    const bool far = off.translation().norm() > options_.search_translation || std::abs(off.theta) > options_.search_rotation;
+    const bool far = off.translation().norm() > options_.search_translation ||
+                     std::abs(off.theta) > options_.search_rotation;
     const bool gap = to_seconds(scan.time - last_time_) > options_.gap;
     const bool poor = step.match.score < (far ? options_.trusted_score : options_.weak_score);
     poor_ = poor ? poor_ + 1 : 0;
@@ -41,21 +56,27 @@ FrontEndStep FrontEnd::add(const Scan& scan, const std::optional<MotionPrior>& m
     if (poor_ > 0 && step.match.score < 0.5 * options_.weak_score)
       step.match.T_map_robot = motion ? previous * motion->T_previous_robot : previous;
     pose_ = step.match.T_map_robot;
-    step.prior_information = information_of(prior);
-    if (!motion && !step.searched) learn_surprise(between(pose_, previous * prior.T_previous_robot));
   } else if (motion) {
     pose_ = pose_ * motion->T_previous_robot;
+    predict(*motion);
   }
-  motion_ = poor_ == 0 ? between(previous, pose_) : Pose2{};
-  motion_time_ = scan.time - last_time_;
+  if (poor_ == 0) {
+    habit_.observe(between(previous, pose_), scan.time - last_time_, !step.searched);
+  } else {
+    habit_.forget();
+  }
   last_time_ = scan.time;
   step.T_map_robot = pose_;
 
   const Pose2 since_key = between(last_key_, pose_);
-  step.key = points.size() >= 10 && (!started_ || step.broken || std::hypot(since_key.x, since_key.y) > options_.key_distance ||
-             std::abs(since_key.theta) > options_.key_turn);
+  step.key = points.size() >= 10 && (!started_ || step.broken ||
+                                     std::hypot(since_key.x, since_key.y) > options_.key_distance ||
+                                     std::abs(since_key.theta) > options_.key_turn);
   if (step.key) {
     step.key_points = match::scan_points(scan, options_.points, true, directions_);
+    step.local_map = active_keys_ > 0 ? active_first_ : keys_;
+    step.T_key_predicted = std::exchange(T_key_predicted_, Pose2{});
+    step.predicted_variance = std::exchange(predicted_variance_, Vec3::Zero());
     insert(step.key_points, pose_);
     last_key_ = pose_;
     started_ = true;
@@ -63,34 +84,73 @@ FrontEndStep FrontEnd::add(const Scan& scan, const std::optional<MotionPrior>& m
   return step;
 }
 
-void FrontEnd::learn_surprise(const Pose2& error) {
-  const auto average = [](double rms, double e) { return std::sqrt(0.98 * rms * rms + 0.02 * e * e); };
-  surprise_translation_ = std::clamp(average(surprise_translation_, error.translation().norm()), 0.01, 0.05);
-  surprise_rotation_ = std::clamp(average(surprise_rotation_, error.theta), 0.01, 0.05);
+MotionPrior FrontEnd::habit(Time now) const {
+  const Habit::Prediction p = habit_.predict(now - last_time_);
+  return {p.T_previous_robot, p.sigma_translation, p.sigma_rotation, true};
 }
 
-// The last motion again, as long as the time took; stamps that come in bursts tell no velocity.
-Pose2 FrontEnd::constant_velocity(Time now) const {
-  const double ratio = motion_time_ > 0 ? static_cast<double>(now - last_time_) / static_cast<double>(motion_time_) : 0;
-  return ratio > 0.3 && ratio < 3.0 ? exp(ratio * log(motion_)) : motion_;
+void FrontEnd::predict(const MotionPrior& motion) {
+  T_key_predicted_ = T_key_predicted_ * motion.T_previous_robot;
+  const Vec3 sigma(motion.sigma_translation, motion.sigma_translation, motion.sigma_rotation);
+  if (motion.habit) {
+    predicted_variance_ = (predicted_variance_.cwiseSqrt() + sigma).cwiseAbs2();
+  } else {
+    predicted_variance_ += sigma.cwiseAbs2();
+  }
 }
 
 match::Match FrontEnd::track(const match::ScanPoints& points, const MotionPrior& motion) {
   match::PosePrior prior;
   prior.T_map_robot = pose_ * motion.T_previous_robot;
-  prior.information = information_of(motion);
-  return match::align(points, active_, prior, options_.align);
+  prior.information = (motion.habit ? kHabit : 1.0) * information_of(motion);
+  const match::Match match = match::align(points, active_, prior, options_.align);
+  return motion.habit ? slide(points, match) : match;
 }
 
-match::Match FrontEnd::recover(const match::ScanPoints& points, match::Match tracked, const MotionPrior& motion, bool gap) {
-  tracked = search_window(points, tracked, motion, {options_.search_translation, options_.search_rotation});
+// Along a corridor few returns tell how far the robot came: a niche's side, the end wall. Once they
+// are out of the gate nothing pulls back, and the match still looks well. So where a direction is
+// weak and returns are left over, the pose is slid along it to where more of them meet surfaces
+// across it.
+match::Match FrontEnd::slide(const match::ScanPoints& points, const match::Match& tracked) const {
+  const int left_over = static_cast<int>(points.size()) - tracked.inliers;
+  if (left_over < kSlideGain) return tracked;
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+  axes.computeDirect(tracked.information.topLeftCorner<2, 2>());
+  if (axes.eigenvalues()(0) > kSlideWeak * axes.eigenvalues()(1)) return tracked;
+  const Vec2 weak = axes.eigenvectors().col(0);
+  const auto slid_by = [&](double way) {
+    return Pose2{tracked.T_map_robot.x + way * weak.x(), tracked.T_map_robot.y + way * weak.y(),
+                 tracked.T_map_robot.theta};
+  };
+  int most =
+      match::count_across(points, active_, tracked.T_map_robot, weak, kSlideGate) + kSlideGain - 1;
+  double best = 0;
+  for (double way = kSlideStep; way <= kSlideReach; way += kSlideStep)
+    for (const double signed_way : {way, -way}) {
+      const int count = match::count_across(points, active_, slid_by(signed_way), weak, kSlideGate);
+      if (count > most) most = count, best = signed_way;
+    }
+  if (best == 0) return tracked;
+  match::PosePrior prior{slid_by(best), Mat3::Zero()};
+  prior.information.diagonal() << 400, 400, 400;
+  const match::Match slid = match::align(points, active_, prior, options_.align);
+  const double gain = slid.inliers - tracked.inliers;
+  return gain >= kSlideGain && gain >= kSlideShare * left_over ? slid : tracked;
+}
+
+match::Match FrontEnd::recover(const match::ScanPoints& points, match::Match tracked,
+                               const MotionPrior& motion, bool gap) {
+  tracked = search_window(points, tracked, motion,
+                          {options_.search_translation, options_.search_rotation});
   if (tracked.score >= options_.weak_score) return tracked;
-  return search_window(points, tracked, motion, {options_.wide_translation, gap ? kPi : options_.wide_rotation});
+  return search_window(points, tracked, motion,
+                       {options_.wide_translation, gap ? kPi : options_.wide_rotation});
 }
 
 match::Match FrontEnd::search_window(const match::ScanPoints& points, const match::Match& tracked,
                                      const MotionPrior& motion, const match::SearchWindow& window) {
-  const match::LikelihoodPyramid pyramid(active_, pose_.translation(), {.max_translation = window.translation});
+  const match::LikelihoodPyramid pyramid(active_, pose_.translation(),
+                                         {.max_translation = window.translation});
   const auto found = match::search(points, pyramid, pose_ * motion.T_previous_robot, window,
                                    match::likelihood(points, pyramid, tracked.T_map_robot) + 0.02);
   if (!found) return tracked;
@@ -109,12 +169,16 @@ void FrontEnd::begin_again() {
 }
 
 void FrontEnd::insert(const match::ScanPoints& points, const Pose2& pose) {
+  const std::size_t number = keys_++;
+  if (active_keys_ == 0) active_first_ = number;
+  if (next_keys_ == 0) next_first_ = number;
   match::add_to(active_, points, pose);
   if (++active_keys_ <= options_.local_map_keys) return;
   match::add_to(next_, points, pose);
   if (++next_keys_ < options_.local_map_keys) return;
   std::swap(active_, next_);
   active_keys_ = next_keys_;
+  active_first_ = next_first_;
   next_.clear();
   next_keys_ = 0;
 }

@@ -10,41 +10,45 @@
 #include "majak/match/correlative.hpp"
 #include "majak/match/point_to_line.hpp"
 #include "majak/match/scan_points.hpp"
+#include "majak/slam/habit.hpp"
 
 namespace majak::slam {
 
 struct FrontEndOptions {
-  double key_distance = 0.25;   ///< m, a new key scan after this way ...
-  double key_turn = 0.17;       ///< rad, ... or this turn
-  int local_map_keys = 20;      ///< a local map holds this many to twice as many key scans
-  double trusted_score = 0.75;  ///< share of matched points below which the window is searched
-  double weak_score = 0.6;      ///< share below which the step is not to be trusted at all
+  double key_distance = 0.25;       ///< m, a new key scan after this way ...
+  double key_turn = 0.17;           ///< rad, ... or this turn
+  int local_map_keys = 20;          ///< a local map holds this many to twice as many key scans
+  double trusted_score = 0.75;      ///< share of matched points below which the window is searched
+  double weak_score = 0.6;          ///< share below which the step is not to be trusted at all
   double search_translation = 0.6;  ///< m, half width of that search
   double search_rotation = 0.5;     ///< rad
   double wide_translation = 1.8;    ///< m, half width where that was not enough
   double wide_rotation = 0.9;       ///< rad
-  double gap = 1.0;                 ///< s, after such a time without scans all headings are searched
-  int patience = 2;                 ///< poor scans in a row after which a new local map is begun
+  double gap = 1.0;  ///< s, after such a time without scans all headings are searched
+  int patience = 2;  ///< poor scans in a row after which a new local map is begun
   match::ScanPointsOptions points;
   match::AlignOptions align;
   map::SurfelMapOptions map;
 };
 
-/// Uncertainty of a predicted motion, as the share of the way and a floor.
 struct MotionPrior {
   Pose2 T_previous_robot;
   double sigma_translation = 0.1;  ///< m
   double sigma_rotation = 0.1;     ///< rad
+  bool habit = false;              ///< the last motion again: such errors have their sign in common
 };
 
 struct FrontEndStep {
   Pose2 T_map_robot;
   match::Match match;
-  Mat3 prior_information = Mat3::Zero();  ///< of the predicted motion, axes of the map
   bool key = false;
   match::ScanPoints key_points;  ///< of a key scan, with normals
-  bool searched = false;  ///< the prediction was no use, the window was searched
-  bool broken = false;    ///< nothing fitted: a new local map begins here
+  std::size_t local_map =
+      0;                  ///< of a key scan: number of the one that began its local map, or its own
+  Pose2 T_key_predicted;  ///< of a key scan: motion since the one before, without the laser
+  Vec3 predicted_variance = Vec3::Zero();  ///< m^2, m^2, rad^2: of that
+  bool searched = false;                   ///< the prediction was no use, the window was searched
+  bool broken = false;                     ///< nothing fitted: a new local map begins here
 };
 
 class FrontEnd {
@@ -55,23 +59,28 @@ class FrontEnd {
   FrontEndStep add(const Scan& scan, const std::optional<MotionPrior>& motion);
 
  private:
-  Pose2 constant_velocity(Time now) const;
-  void learn_surprise(const Pose2& error);
+  MotionPrior habit(Time now) const;
+  void predict(const MotionPrior& motion);
   match::Match track(const match::ScanPoints& points, const MotionPrior& motion);
-  match::Match search_window(const match::ScanPoints& points, const match::Match& tracked, const MotionPrior& motion,
-                             const match::SearchWindow& window);
-  match::Match recover(const match::ScanPoints& points, match::Match tracked, const MotionPrior& motion, bool gap);
+  match::Match slide(const match::ScanPoints& points, const match::Match& tracked) const;
+  match::Match search_window(const match::ScanPoints& points, const match::Match& tracked,
+                             const MotionPrior& motion, const match::SearchWindow& window);
+  match::Match recover(const match::ScanPoints& points, match::Match tracked,
+                       const MotionPrior& motion, bool gap);
   void begin_again();
   void insert(const match::ScanPoints& points, const Pose2& pose);
 
   FrontEndOptions options_;
-  map::SurfelMap active_, next_;  // Scans are matched to `active_`; `next_` takes over when it is old.
+  // Scans are matched to `active_`; `next_` takes over when it is old.
+  map::SurfelMap active_, next_;
   int active_keys_ = 0, next_keys_ = 0;
+  std::size_t keys_ = 0, active_first_ = 0,
+              next_first_ = 0;  // key scans so far; where the maps begin
+  Pose2 T_key_predicted_;       // motion since the last key scan, without the laser
+  Vec3 predicted_variance_ = Vec3::Zero();
   Pose2 pose_, last_key_;
-  Pose2 motion_;               // between the last two scans
-  Duration motion_time_ = 0;
+  Habit habit_;
   Time last_time_ = 0;
-  double surprise_translation_ = 0.05, surprise_rotation_ = 0.05;  // rms error of constant velocity
   int poor_ = 0;  // scans in a row that did not fit
   bool started_ = false;
   match::BeamDirections directions_;

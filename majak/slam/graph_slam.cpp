@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "majak/core/error.hpp"
+#include "majak/slam/chain.hpp"
 #include "majak/slam/pose_covariance.hpp"
 
 namespace majak::slam {
@@ -17,7 +18,11 @@ constexpr std::size_t kPatience = 10;  // scans that may queue behind one that w
 }  // namespace
 
 GraphSlam::GraphSlam(const GraphSlamOptions& options, Threads threads)
-    : options_(options), threads_(threads), odometry_(options.odometry), front_end_(options.front_end), loop_closer_(options.loops) {}
+    : options_(options),
+      threads_(threads),
+      odometry_(options.odometry),
+      front_end_(options.front_end),
+      loop_closer_(options.loops) {}
 
 std::optional<Estimate> GraphSlam::add(Event event) {
   if (auto* scan = std::get_if<Scan>(&event)) {
@@ -32,7 +37,8 @@ std::optional<Estimate> GraphSlam::add(Event event) {
   }
   const std::size_t before = processed_;
   while (processed_ < site_.scans.size() &&
-         (!options_.use_odometry || odometry_.ready(processed_) || processed_ + kPatience < site_.scans.size()))
+         (!options_.use_odometry || odometry_.ready(processed_) ||
+          processed_ + kPatience < site_.scans.size()))
     process(processed_++);
   if (processed_ == before) return std::nullopt;
   return site_.scans[processed_ - 1].estimate;
@@ -43,49 +49,49 @@ void GraphSlam::process(std::size_t index) {
   std::optional<MotionPrior> motion;
   if (options_.use_odometry) {
     if (const auto predicted = odometry_.predict(index))
-      motion = MotionPrior{predicted->T_previous_robot, predicted->sigma_translation, predicted->sigma_rotation};
+      motion = MotionPrior{predicted->T_previous_robot, predicted->sigma_translation,
+                           predicted->sigma_rotation};
     posed.T_odom_robot = odometry_.pose(index);
   }
   FrontEndStep step = front_end_.add(posed.scan, motion);
   const bool weak = index > 0 && (step.broken || step.match.score < options_.front_end.weak_score);
-  posed.T_map_robot_front_end = step.T_map_robot;
+  const Pose2 T_front_robot = posed.T_map_robot_front_end = step.T_map_robot;
   if (index > 0)
-    odometry_.observe(index, between(site_.scans[index - 1].T_map_robot_front_end, step.T_map_robot), !weak && !step.searched);
+    odometry_.observe(index, between(site_.scans[index - 1].T_map_robot_front_end, T_front_robot),
+                      !weak && !step.searched);
+  // The newest key scan's correction carries over to what follows it.
+  const auto in_map = [&](const Pose2& front) {
+    return keys_.empty() ? front
+                         : keys_.back().T_map_robot * between(keys_.back().T_front_robot, front);
+  };
 
   if (step.key) {
     posed.key = true;
-    KeyScan key;
-    key.scan = index;
-    key.points = std::move(step.key_points);
-    key.T_robot_laser = posed.scan.T_robot_laser;
-    key.T_front_robot = step.T_map_robot;
-    key.T_map_robot = keys_.empty() ? step.T_map_robot
-                                    : keys_.back().T_map_robot * between(keys_.back().T_front_robot, step.T_map_robot);
-    key.weak_step = weak;
-    key.step_information = step_information(step, weak);
+    KeyScan key = key_scan(std::move(step), index, posed.scan.T_robot_laser, weak);
+    key.T_map_robot = in_map(T_front_robot);
     keys_.push_back(std::move(key));
     if (options_.close_loops) loop_closer_.update(keys_, false);
   }
   key_of_[index] = keys_.empty() ? 0 : keys_.size() - 1;
   posed.estimate.time = posed.scan.time;
-  posed.estimate.T_map_robot = keys_.empty() ? step.T_map_robot
-                                             : keys_.back().T_map_robot * between(keys_.back().T_front_robot, step.T_map_robot);
+  posed.estimate.T_map_robot = in_map(T_front_robot);
 }
 
 Site GraphSlam::finish() {
   while (processed_ < site_.scans.size()) process(processed_++);
-  if (keys_.empty()) throw Error("no laser scan with at least ten returns: there is nothing to map");
+  if (keys_.empty())
+    throw Error("no laser scan with at least ten returns: there is nothing to map");
   if (options_.close_loops) loop_closer_.update(keys_, true);
-  JointRefinementOptions refinement = options_.refinement;
-  if (!options_.close_loops) refinement.near_in_space = 0;
-  refined_ = refine_jointly(keys_, refinement, threads_);
+  refined_ = refine_jointly(keys_, revisits(keys_, loop_closer_, options_.revisits),
+                            options_.refinement, threads_);
   place_scans(key_covariances(keys_, refined_));
   record_constraints();
   site_.odometry = odometry_.findings();
   OdometryFindings& found = site_.odometry;  // the model knows the place against the nominal one
   if (found.laser_x_m.used) {
-    const Pose2 T_robot_laser = Pose2{found.laser_x_m.value, found.laser_y_m.value, found.laser_theta_rad.value} *
-                                site_.scans.front().scan.T_robot_laser;
+    const Pose2 T_robot_laser =
+        Pose2{found.laser_x_m.value, found.laser_y_m.value, found.laser_theta_rad.value} *
+        site_.scans.front().scan.T_robot_laser;
     found.laser_x_m.value = T_robot_laser.x;
     found.laser_y_m.value = T_robot_laser.y;
     found.laser_theta_rad.value = T_robot_laser.theta;
@@ -108,12 +114,15 @@ void GraphSlam::place_scans(const std::vector<Mat3>& covariances) {
   parallel_for(threads_, (site_.scans.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
     match::BeamDirections directions;
     const std::size_t end = std::min(site_.scans.size(), (chunk + 1) * kChunk);
-    for (std::size_t i = chunk * kChunk; i < end; ++i) place_scan(site_.scans[i], keys_[key_of_[i]], covariances[key_of_[i]], map, align, directions);
+    for (std::size_t i = chunk * kChunk; i < end; ++i)
+      place_scan(site_.scans[i], keys_[key_of_[i]], covariances[key_of_[i]], map, align,
+                 directions);
   });
 }
 
-void GraphSlam::place_scan(PosedScan& posed, const KeyScan& key, const Mat3& covariance, const map::SurfelMap& map,
-                           const match::AlignOptions& align, match::BeamDirections& directions) const {
+void GraphSlam::place_scan(PosedScan& posed, const KeyScan& key, const Mat3& covariance,
+                           const map::SurfelMap& map, const match::AlignOptions& align,
+                           match::BeamDirections& directions) const {
   match::PosePrior prior;
   prior.T_map_robot = key.T_map_robot * between(key.T_front_robot, posed.T_map_robot_front_end);
   prior.information.diagonal() << 2500, 2500, 10000;
@@ -134,12 +143,16 @@ void GraphSlam::place_scan(PosedScan& posed, const KeyScan& key, const Mat3& cov
 }
 
 void GraphSlam::record_constraints() {
-  const auto chi2_of = [&](std::size_t from, std::size_t to, const Pose2& T_from_to, const Mat3& information) {
-    const Vec3 e = between(T_from_to, between(keys_[from].T_map_robot, keys_[to].T_map_robot)).vector();
+  const auto chi2_of = [&](std::size_t from, std::size_t to, const Pose2& T_from_to,
+                           const Mat3& information) {
+    const Vec3 e =
+        between(T_from_to, between(keys_[from].T_map_robot, keys_[to].T_map_robot)).vector();
     return e.dot(information * e);
   };
-  for (const graph::Edge& edge : refined_.edges) {
+  for (std::size_t i = 0; i < refined_.edges.size(); ++i) {
+    const graph::Edge& edge = refined_.edges[i];
     Constraint c;
+    c.kind = refined_.kinds[i];
     const auto from = static_cast<std::size_t>(edge.from), to = static_cast<std::size_t>(edge.to);
     c.from = keys_[from].scan, c.to = keys_[to].scan;
     c.T_from_to = edge.T_from_to;
@@ -167,24 +180,33 @@ void describe(OptionFields& f, GraphSlamOptions& o) {
   f.add("front_end.key_distance", e.key_distance, {"m", "a new key scan after this way", 0.01, 10});
   f.add("front_end.key_turn", e.key_turn, {"rad", "a new key scan after this turn", 0.01, 3});
   f.add("front_end.local_map_keys", e.local_map_keys, {"1", "key scans in a local map", 1, 1000});
-  f.add("front_end.trusted_score", e.trusted_score, {"1", "share of matched returns below which the window is searched", 0, 1});
-  f.add("front_end.search_translation", e.search_translation, {"m", "half width of that search", 0.1, 10});
-  f.add("front_end.search_rotation", e.search_rotation, {"rad", "half width of that search", 0.05, 3.15});
+  f.add("front_end.trusted_score", e.trusted_score,
+        {"1", "share of matched returns below which the window is searched", 0, 1});
+  f.add("front_end.search_translation", e.search_translation,
+        {"m", "half width of that search", 0.1, 10});
+  f.add("front_end.search_rotation", e.search_rotation,
+        {"rad", "half width of that search", 0.05, 3.15});
   f.add("scan.max_range", e.points.max_range, {"m", "longer returns are not matched", 1, 1000});
   f.add("scan.min_range", e.points.min_range, {"m", "shorter returns are the robot itself", 0, 10});
   LoopClosingOptions& l = o.loops;
   f.add("loops.candidates", l.candidates, {"1", "places tried for a submap", 1, 100});
   f.add("loops.near", l.near, {"m", "places nearer than this should see the same walls", 0.5, 100});
-  f.add("loops.agreement", l.agreement, {"1", "least share of comparable returns that agree", 0, 1});
+  f.add("loops.agreement", l.agreement,
+        {"1", "least share of comparable returns that agree", 0, 1});
   f.add("loops.overlap", l.overlap, {"1", "least share of returns that agree", 0, 1});
-  f.add("loops.search_score", l.search_score, {"1", "least mean likelihood in a window search", 0, 1});
-  f.add("loops.drift_translation", l.drift_translation, {"m/m", "front end's drift, sizes the windows", 0, 1});
-  f.add("loops.drift_rotation", l.drift_rotation, {"rad/sqrt(m)", "front end's drift, sizes the windows", 0, 1});
+  f.add("loops.search_score", l.search_score,
+        {"1", "least mean likelihood in a window search", 0, 1});
+  f.add("loops.drift_translation", l.drift_translation,
+        {"m/m", "front end's drift, sizes the windows", 0, 1});
+  f.add("loops.drift_rotation", l.drift_rotation,
+        {"rad/sqrt(m)", "front end's drift, sizes the windows", 0, 1});
   JointRefinementOptions& r = o.refinement;
   f.add("refinement.rounds", r.rounds, {"1", "how often pairs are found anew", 0, 100});
-  f.add("refinement.near_in_time", r.near_in_time, {"1", "partners just before a key scan", 1, 20});
-  f.add("refinement.near_in_space", r.near_in_space, {"1", "partners of other visits", 0, 100});
-  f.add("refinement.reach", r.reach, {"m", "between the robots of a pair", 0.1, 100});
+  RevisitOptions& v = o.revisits;
+  f.add("revisits.count", v.count, {"1", "partners of a key scan", 0, 100});
+  f.add("revisits.reach", v.reach, {"m", "between the robots of a pair", 0.1, 100});
+  f.add("revisits.known_way", v.known_way,
+        {"m", "places farther apart by way are not paired", 0, 1e6});
 }
 
 }  // namespace majak::slam

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Graph SLAM, the main job: where was the robot, and what does the place look like (Lu and Milios 1997;
-// Grisetti et al. 2010, "A tutorial on graph-based SLAM").
+// Graph SLAM, the main job: where was the robot, and what does the place look like (Lu and Milios
+// 1997; Grisetti et al. 2010, "A tutorial on graph-based SLAM").
 //
 //   slam::GraphSlam slam({}, {.count = 2});
 //   while (auto event = source->next()) slam.add(std::move(*event));
@@ -22,6 +22,7 @@
 #include "majak/slam/joint_refinement.hpp"
 #include "majak/slam/key_scan.hpp"
 #include "majak/slam/loop_closing.hpp"
+#include "majak/slam/revisits.hpp"
 
 namespace majak::slam {
 
@@ -30,6 +31,7 @@ struct GraphSlamOptions {
   bool close_loops = true;   ///< false: places seen again are not recognised
   FrontEndOptions front_end;
   LoopClosingOptions loops;
+  RevisitOptions revisits;
   JointRefinementOptions refinement;
   motion::OdometryModelOptions odometry;
 };
@@ -51,8 +53,9 @@ class GraphSlam {
  private:
   void process(std::size_t index);
   void place_scans(const std::vector<Mat3>& covariances);
-  void place_scan(PosedScan& posed, const KeyScan& key, const Mat3& covariance, const map::SurfelMap& map,
-                  const match::AlignOptions& align, match::BeamDirections& directions) const;
+  void place_scan(PosedScan& posed, const KeyScan& key, const Mat3& covariance,
+                  const map::SurfelMap& map, const match::AlignOptions& align,
+                  match::BeamDirections& directions) const;
   void record_constraints();
 
   GraphSlamOptions options_;
@@ -61,7 +64,7 @@ class GraphSlam {
   FrontEnd front_end_;
   LoopCloser loop_closer_;
   KeyScans keys_;
-  std::vector<std::size_t> key_of_;   ///< key scan that a scan hangs on
+  std::vector<std::size_t> key_of_;  ///< key scan that a scan hangs on
   std::size_t processed_ = 0;
   JointRefinement refined_;
   Site site_;

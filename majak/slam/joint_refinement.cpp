@@ -2,16 +2,20 @@
 #include "majak/slam/joint_refinement.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
+#include <numeric>
+#include <optional>
 
 #include "majak/graph/optimize.hpp"
 #include "majak/map/surfel_map.hpp"
+#include "majak/match/point_to_line.hpp"
+#include "majak/slam/chain.hpp"
 
 namespace majak::slam {
 namespace {
+
+constexpr int kLeastInliers = 20;
 
 map::SurfelMapOptions target_options(double gate) {
   map::SurfelMapOptions o;
@@ -19,42 +23,6 @@ map::SurfelMapOptions target_options(double gate) {
   o.reach = gate + 0.05;
   o.merge_radius = 0.04;
   return o;
-}
-
-// Partners of every key scan: the ones just before it, and the nearest of other visits.
-std::vector<std::vector<std::size_t>> partners(const KeyScans& keys, const JointRefinementOptions& options) {
-  std::vector<std::vector<std::size_t>> result(keys.size());
-  std::unordered_map<long, std::vector<std::size_t>> cells;
-  const auto cell = [&](double v) { return static_cast<long>(std::floor(v / options.reach)); };
-  const auto hash = [](long x, long y) { return x * 1000003L + y; };
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    const Pose2& p = keys[i].T_map_robot;
-    for (std::size_t step = 1, n = 0; static_cast<int>(n) < options.near_in_time && step <= i; step *= 2, ++n)
-      result[i].push_back(i - step);
-    std::vector<std::pair<double, std::size_t>> ranked;
-    for (long dx = -1; dx <= 1; ++dx)
-      for (long dy = -1; dy <= 1; ++dy) {
-        const auto found = cells.find(hash(cell(p.x) + dx, cell(p.y) + dy));
-        if (found == cells.end()) continue;
-        for (const std::size_t j : found->second) {
-          if (i - j < 12) continue;
-          const Pose2 d = between(keys[j].T_map_robot, p);
-          const double far = std::hypot(d.x, d.y);
-          if (far > options.reach) continue;
-          ranked.push_back({far + std::abs(d.theta), j});
-        }
-      }
-    std::sort(ranked.begin(), ranked.end());
-    std::vector<std::size_t> chosen;
-    for (const auto& [cost, j] : ranked) {
-      if (static_cast<int>(chosen.size()) == options.near_in_space) break;
-      const auto same = [j = j](std::size_t c) { return c + 5 > j && j + 5 > c; };
-      if (std::none_of(chosen.begin(), chosen.end(), same)) chosen.push_back(j);
-    }
-    result[i].insert(result[i].end(), chosen.begin(), chosen.end());
-    cells[hash(cell(p.x), cell(p.y))].push_back(i);
-  }
-  return result;
 }
 
 struct PairSum {
@@ -66,11 +34,13 @@ struct PairSum {
 
 // Returns of `source` on the surfaces of `target`; derivatives by the source's pose, right-handed:
 // T_target_source * exp(delta).
-PairSum pair_up(const match::ScanPoints& source, const map::SurfelMap& target, const Pose2& T, double gate, double cauchy) {
+PairSum pair_up(const match::ScanPoints& source, const map::SurfelMap& target, const Pose2& T,
+                double gate, double cauchy) {
   PairSum sum;
   const auto c = static_cast<float>(std::cos(T.theta)), s = static_cast<float>(std::sin(T.theta));
   const auto px = static_cast<float>(T.x), py = static_cast<float>(T.y);
-  const auto gate2 = static_cast<float>(gate * gate), inv = static_cast<float>(1.0 / (cauchy * cauchy));
+  const auto gate2 = static_cast<float>(gate * gate),
+             inv = static_cast<float>(1.0 / (cauchy * cauchy));
   for (std::size_t i = 0; i < source.size(); ++i) {
     const float x = source.x[i], y = source.y[i];
     const float mx = c * x - s * y + px, my = s * x + c * y + py;
@@ -96,50 +66,84 @@ PairSum pair_up(const match::ScanPoints& source, const map::SurfelMap& target, c
   return sum;
 }
 
-}  // namespace
+// The edge that all paired returns of two key scans make together: one Gauss-Newton step from where
+// they stand. Nothing where too few meet.
+std::optional<graph::Edge> pair_edge(std::size_t j, std::size_t i, const PairSum& sum,
+                                     const Pose2& T_j_i, double sigma) {
+  if (sum.inliers < kLeastInliers) return std::nullopt;
+  const Mat3 s = match::without_normal_noise(sum.h);
+  const Mat3 h = s * sum.h * s / (sigma * sigma);
+  const Vec3 step = -(h + 1e-1 * Mat3::Identity()).llt().solve(s * sum.b / (sigma * sigma));
+  return graph::Edge{static_cast<int>(j), static_cast<int>(i), T_j_i * exp(step),
+                     0.5 * (h + h.transpose()), false};
+}
 
-JointRefinement refine_jointly(KeyScans& keys, const JointRefinementOptions& options, Threads threads) {
-  JointRefinement result;
-  const double inv_sigma2 = 1.0 / (options.sigma * options.sigma);
-  const auto pairs = partners(keys, options);
-  std::vector<std::vector<std::size_t>> sources(keys.size());  // by target
-  for (std::size_t i = 0; i < keys.size(); ++i)
-    for (const std::size_t j : pairs[i]) sources[j].push_back(i);
-  for (int round = 0; round < options.rounds; ++round) {
-    const double gate = round == 0 ? options.gate : 0.5 * options.gate;
-    std::vector<std::vector<graph::Edge>> edges(keys.size());
-    std::vector<PairSum> sums(keys.size());
-    constexpr std::size_t kChunk = 32;
-    parallel_for(threads, (keys.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
-      map::SurfelMap target(target_options(options.gate));
-      for (std::size_t j = chunk * kChunk; j < std::min(keys.size(), (chunk + 1) * kChunk); ++j) {
+// Edges of one round, by target, and what they met.
+struct Round {
+  std::vector<std::vector<graph::Edge>> edges;
+  std::vector<double> cost, weight;
+
+  double rms() const {
+    const double w = std::accumulate(weight.begin(), weight.end(), 0.0);
+    return w > 0 ? std::sqrt(std::accumulate(cost.begin(), cost.end(), 0.0) / w) : 0;
+  }
+};
+
+Round pair_all(const KeyScans& keys, const std::vector<std::vector<std::size_t>>& sources,
+               double gate, const JointRefinementOptions& options, Threads threads) {
+  Round round{std::vector<std::vector<graph::Edge>>(keys.size()),
+              std::vector<double>(keys.size(), 0), std::vector<double>(keys.size(), 0)};
+  constexpr std::size_t kChunk = 32;
+  parallel_for(threads, (keys.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
+    map::SurfelMap target(target_options(options.gate));
+    for (std::size_t j = chunk * kChunk; j < std::min(keys.size(), (chunk + 1) * kChunk); ++j) {
       if (sources[j].empty()) continue;
       target.clear();
       match::add_to(target, keys[j].points, {});
       for (const std::size_t i : sources[j]) {
-        const Pose2 T = between(keys[j].T_map_robot, keys[i].T_map_robot);
-        const PairSum sum = pair_up(keys[i].points, target, T, gate, options.cauchy);
-        if (sum.inliers < 20) continue;
-        const Mat3 h = inv_sigma2 * sum.h;
-        const Vec3 step = -(h + 1e-1 * Mat3::Identity()).llt().solve(inv_sigma2 * sum.b);
-        edges[j].push_back({static_cast<int>(j), static_cast<int>(i), T * exp(step), h, false});
-        sums[j].cost += sum.cost, sums[j].weight += sum.weight;
+        const Pose2 T_j_i = between(keys[j].T_map_robot, keys[i].T_map_robot);
+        const PairSum sum = pair_up(keys[i].points, target, T_j_i, gate, options.cauchy);
+        const auto edge = pair_edge(j, i, sum, T_j_i, options.sigma);
+        if (!edge) continue;
+        round.edges[j].push_back(*edge);
+        round.cost[j] += sum.cost, round.weight[j] += sum.weight;
       }
-      }
-    });
+    }
+  });
+  return round;
+}
+
+}  // namespace
+
+JointRefinement refine_jointly(KeyScans& keys,
+                               const std::vector<std::vector<std::size_t>>& partners,
+                               const JointRefinementOptions& options, Threads threads) {
+  JointRefinement result;
+  std::vector<std::vector<std::size_t>> sources(
+      keys.size());  // by target, so that its map is made once
+  for (std::size_t i = 0; i < keys.size(); ++i)
+    for (const std::size_t j : partners[i]) sources[j].push_back(i);
+  for (int n = 0; n < options.rounds; ++n) {
+    const Round round =
+        pair_all(keys, sources, n == 0 ? options.gate : 0.5 * options.gate, options, threads);
     graph::PoseGraph graph;
-    result.edges.clear();
-    double cost = 0, weight = 0;
+    result.kinds.clear();
+    const auto add = [&](const graph::Edge& edge, ConstraintKind kind) {
+      graph.edges.push_back(edge);
+      result.kinds.push_back(kind);
+    };
     for (std::size_t k = 0; k < keys.size(); ++k) {
       graph.poses.push_back(keys[k].T_map_robot);
-      graph.edges.insert(graph.edges.end(), edges[k].begin(), edges[k].end());
-      if (k > 0)
-        graph.edges.push_back({static_cast<int>(k) - 1, static_cast<int>(k), between(keys[k - 1].T_front_robot, keys[k].T_front_robot), options.prior * keys[k].step_information, false});
-      cost += sums[k].cost, weight += sums[k].weight;
+      if (k > 0) add(motion_edge(keys, k), ConstraintKind::odometry);
+      if (const auto edge = local_map_edge(keys, k)) add(*edge, ConstraintKind::match);
+      for (const graph::Edge& edge : round.edges[k]) add(edge, ConstraintKind::match);
     }
-    graph::optimize(graph, {.max_iterations = 3, .relative_tolerance = 1e-5, .start = graph::Start::given, .robust = graph::Robust::none});
+    graph::optimize(graph, {.max_iterations = 3,
+                            .relative_tolerance = 1e-5,
+                            .start = graph::Start::given,
+                            .robust = graph::Robust::none});
     for (std::size_t k = 0; k < keys.size(); ++k) keys[k].T_map_robot = graph.poses[k];
-    result.rms.push_back(weight > 0 ? std::sqrt(cost / weight) : 0);
+    result.rms.push_back(round.rms());
     result.edges = std::move(graph.edges);
   }
   return result;

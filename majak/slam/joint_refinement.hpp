@@ -1,34 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-// Joint refinement: all overlapping key scans against each other at once (Lu and Milios 1997, with
-// point-to-line pairs found anew in every round). That is where the last centimetre is.
+// Joint refinement: the front end's chain, and key scans of other visits against each other, all at
+// once (Lu and Milios 1997, with point-to-line pairs found anew in every round). That is where the
+// last centimetre is.
 #pragma once
 
 #include <cstddef>
 #include <vector>
 
 #include "majak/core/parallel.hpp"
+#include "majak/core/site.hpp"
 #include "majak/graph/pose_graph.hpp"
 #include "majak/slam/key_scan.hpp"
 
 namespace majak::slam {
 
 struct JointRefinementOptions {
-  int rounds = 2;             ///< how often pairs are found anew
-  int near_in_time = 3;       ///< pairs with the key scans 1, 2, 4 ... before
-  int near_in_space = 3;      ///< pairs with other visits to the place
-  double reach = 4.0;         ///< m, between the robots of a pair
-  double gate = 0.15;         ///< m, between paired returns, first round; half of it at last
-  double sigma = 0.02;        ///< m, of a return off its surface
-  double cauchy = 0.03;       ///< m, residual at which a pair of returns counts half
-  double prior = 0.1;         ///< weight of the front end's steps beside the pairs
+  int rounds = 2;        ///< how often pairs are found anew
+  double gate = 0.15;    ///< m, between paired returns, first round; half of it at last
+  double sigma = 0.02;   ///< m, of a return off its surface
+  double cauchy = 0.03;  ///< m, residual at which a pair of returns counts half
 };
 
 struct JointRefinement {
-  std::vector<graph::Edge> edges;  ///< of the last round, indices of key scans
-  std::vector<double> rms;         ///< m, of the paired returns, round by round
+  std::vector<graph::Edge> edges;     ///< of the last round, indices of key scans
+  std::vector<ConstraintKind> kinds;  ///< of each edge: odometry (the predicted motion) or match
+  std::vector<double> rms;            ///< m, of the paired returns, round by round
 };
 
-/// Moves keys[..].T_map_robot to the common optimum.
-JointRefinement refine_jointly(KeyScans& keys, const JointRefinementOptions& options, Threads threads);
+/// Moves keys[..].T_map_robot to the common optimum. `partners`: for every key scan the older ones
+/// that it is paired with.
+JointRefinement refine_jointly(KeyScans& keys,
+                               const std::vector<std::vector<std::size_t>>& partners,
+                               const JointRefinementOptions& options, Threads threads);
 
 }  // namespace majak::slam

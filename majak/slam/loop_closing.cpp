@@ -5,14 +5,15 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <queue>
+
+#include "majak/slam/chain.hpp"
 
 namespace majak::slam {
 namespace {
 
 constexpr std::size_t kCachedSubmaps = 24;
 constexpr std::size_t kSubmapPoints = 300;
+constexpr double kShortCut = 1.0;  // m, of way that a closure counts for
 
 map::SurfelMapOptions submap_map_options() {
   map::SurfelMapOptions o;
@@ -24,7 +25,8 @@ map::SurfelMapOptions submap_map_options() {
 
 std::size_t bearing_of(const Vec2& p) {
   const double turn = std::atan2(p.y(), p.x()) / (2 * kPi);
-  return static_cast<std::size_t>(std::clamp(static_cast<int>((turn + 0.5) * View::kBearings), 0, View::kBearings - 1));
+  return static_cast<std::size_t>(
+      std::clamp(static_cast<int>((turn + 0.5) * View::kBearings), 0, View::kBearings - 1));
 }
 
 View view_of(const KeyScan& key, const Pose2& T_submap_robot) {
@@ -48,7 +50,8 @@ View view_of(const KeyScan& key, const Pose2& T_submap_robot) {
 struct Comparison {
   int agree = 0, contradict = 0, total = 0;
 
-  void add(const match::ScanPoints& points, const Pose2& T_seen_points, const std::vector<View>& views) {
+  void add(const match::ScanPoints& points, const Pose2& T_seen_points,
+           const std::vector<View>& views) {
     std::vector<std::uint8_t> agrees(points.size(), 0), contradicts(points.size(), 0);
     for (const View& view : views) {
       const Pose2 T_laser_points = view.T_submap_laser.inverse() * T_seen_points;
@@ -58,12 +61,15 @@ struct Comparison {
         const Vec2 p = R * Vec2(points.x[i], points.y[i]) + t;
         const double range = p.norm();
         const Vec2 normal = R * Vec2(points.nx[i], points.ny[i]);
-        if (normal.squaredNorm() > 0 && std::abs(normal.dot(p)) < 0.3 * range) continue;  // grazing: no telling
+        if (normal.squaredNorm() > 0 && std::abs(normal.dot(p)) < 0.3 * range)
+          continue;  // grazing: no telling
         const std::size_t b = bearing_of(p);
         if (view.farthest[b] == 0) continue;
         const double tolerance = 0.15 + 0.015 * range;
-        if (range > view.nearest[b] - tolerance && range < view.farthest[b] + tolerance) agrees[i] = 1;
-        else if (range < view.nearest[b] - 2 * tolerance) contradicts[i] = 1;
+        if (range > view.nearest[b] - tolerance && range < view.farthest[b] + tolerance)
+          agrees[i] = 1;
+        else if (range < view.nearest[b] - 2 * tolerance)
+          contradicts[i] = 1;
       }
     }
     total += static_cast<int>(points.size());
@@ -78,7 +84,8 @@ Mat3 to_axes_of(const Pose2& pose, const Mat3& information_map) {
   const double c = std::cos(pose.theta), s = std::sin(pose.theta);
   Mat3 r;
   r << c, -s, 0, s, c, 0, 0, 0, 1;
-  return r.transpose() * information_map * r;
+  const Mat3 information = r.transpose() * information_map * r;
+  return 0.5 * (information + information.transpose()) + 1e-3 * Mat3::Identity();
 }
 
 // Every 2nd ... nth surfel, so that a query costs the same wherever it is.
@@ -96,32 +103,37 @@ match::ScanPoints thinned(const map::SurfelMap& map) {
 }  // namespace
 
 std::size_t LoopCloser::anchor_key(std::size_t submap) const {
-  return submap * static_cast<std::size_t>(options_.submap_keys) + static_cast<std::size_t>(options_.submap_keys) / 2;
+  return submap * static_cast<std::size_t>(options_.submap_keys) +
+         static_cast<std::size_t>(options_.submap_keys) / 2;
+}
+
+std::size_t LoopCloser::submap_of(std::size_t key) const {
+  return std::min(key / static_cast<std::size_t>(options_.submap_keys), anchors_.size() - 1);
 }
 
 void LoopCloser::update(KeyScans& keys, bool last_call) {
   // A submap is complete when the key scans of its margin are there.
   const std::size_t margin = last_call ? 0 : static_cast<std::size_t>(options_.submap_margin);
-  while (anchor_key(anchors_.size()) + static_cast<std::size_t>(options_.submap_keys) / 2 + margin <= keys.size()) {
+  while (anchor_key(anchors_.size()) + static_cast<std::size_t>(options_.submap_keys) / 2 +
+             margin <=
+         keys.size()) {
     const std::size_t index = anchors_.size(), key = anchor_key(index);
     if (index == 0) {
       anchors_.push_back(keys[key].T_map_robot);
-      way_.push_back(0);
+      ways_.add_place(0);
     } else {
       const std::size_t before = anchor_key(index - 1);
       const Pose2 step = between(keys[before].T_front_robot, keys[key].T_front_robot);
-      Mat3 covariance = Mat3::Zero();
       double way = 0;
       for (std::size_t k = before + 1; k <= key; ++k) {
-        const Pose2 T_k_key = between(keys[k].T_front_robot, keys[key].T_front_robot);
-        const Mat3 a = adjoint(T_k_key.inverse());
-        covariance += a * keys[k].step_information.inverse() * a.transpose();
         const Pose2 d = between(keys[k - 1].T_front_robot, keys[k].T_front_robot);
-        way += std::hypot(d.x, d.y) + 0.2 * std::abs(d.theta) + (keys[k].weak_step ? options_.weak_step : 0);
+        way += std::hypot(d.x, d.y) + 0.2 * std::abs(d.theta) +
+               (keys[k].weak_step ? options_.weak_step : 0);
       }
       anchors_.push_back(anchors_.back() * step);
-      way_.push_back(way_.back() + way);
-      graph_.edges.push_back({static_cast<int>(index) - 1, static_cast<int>(index), step, covariance.inverse(), false});
+      ways_.add_place(way);
+      graph_.edges.push_back({static_cast<int>(index) - 1, static_cast<int>(index), step,
+                              chain_information(keys, before, key), false});
     }
     graph_.poses.push_back(anchors_.back());
     look(keys, index);
@@ -129,41 +141,15 @@ void LoopCloser::update(KeyScans& keys, bool last_call) {
   if (last_call) place(keys);
 }
 
-// Shortest way through the graph, closures being short cuts: a bound on how far two places can be
-// off against each other.
-std::vector<double> LoopCloser::shortest_ways(std::size_t from) const {
-  std::vector<std::vector<std::pair<std::size_t, double>>> next(anchors_.size());
-  for (std::size_t i = 1; i < anchors_.size(); ++i) {
-    next[i].push_back({i - 1, way_[i] - way_[i - 1]});
-    next[i - 1].push_back({i, way_[i] - way_[i - 1]});
-  }
-  const auto keys = static_cast<std::size_t>(options_.submap_keys);
-  for (const Closure& c : accepted_) {
-    next[c.from_key / keys].push_back({c.to_key / keys, 1.0});
-    next[c.to_key / keys].push_back({c.from_key / keys, 1.0});
-  }
-  std::vector<double> ways(anchors_.size(), 1e9);
-  using Item = std::pair<double, std::size_t>;
-  std::priority_queue<Item, std::vector<Item>, std::greater<>> queue;
-  queue.push({0.0, from});
-  ways[from] = 0;
-  while (!queue.empty()) {
-    const auto [way, at] = queue.top();
-    queue.pop();
-    if (way > ways[at]) continue;
-    for (const auto& [to, length] : next[at])
-      if (way + length < ways[to]) queue.push({ways[to] = way + length, to});
-  }
-  return ways;
-}
-
-std::vector<std::size_t> LoopCloser::candidates(std::size_t query, const std::vector<double>& ways) const {
+std::vector<std::size_t> LoopCloser::candidates(std::size_t query,
+                                                const std::vector<double>& ways) const {
   std::vector<std::pair<double, std::size_t>> ranked;
   for (std::size_t t = 0; t < query; ++t) {
-    if (way_[query] - way_[t] < 2.0 * options_.near) continue;
+    if (ways_.driven(query) - ways_.driven(t) < 2.0 * options_.near) continue;
     const Pose2 d = between(anchors_[t], anchors_[query]);
     const double far = std::hypot(d.x, d.y);
-    const double reach = options_.near + std::min(2.0 * options_.drift_translation * ways[t], options_.max_window);
+    const double reach =
+        options_.near + std::min(2.0 * options_.drift_translation * ways[t], options_.max_window);
     if (far < reach) ranked.push_back({far, t});
   }
   std::sort(ranked.begin(), ranked.end());
@@ -178,9 +164,9 @@ std::vector<std::size_t> LoopCloser::candidates(std::size_t query, const std::ve
 }
 
 void LoopCloser::look(const KeyScans& keys, std::size_t query) {
-  const auto ways = shortest_ways(query);
+  const auto ways = ways_.from(query);
   const auto places = candidates(query, ways);
-  const bool starving = way_[query] - last_closure_ > options_.starving;
+  const bool starving = ways_.driven(query) - last_closure_ > options_.starving;
   bool changed = false;
   for (const std::size_t target : places) {
     Closure closure;
@@ -188,19 +174,22 @@ void LoopCloser::look(const KeyScans& keys, std::size_t query) {
     if (!found && starving && target == places.front())
       found = try_close(keys, query, target, ways[target], true, closure);
     if (!found) continue;
-    const bool certain = closure.agreement >= options_.certain_agreement && closure.overlap >= options_.certain_overlap;
+    const bool certain = closure.agreement >= options_.certain_agreement &&
+                         closure.overlap >= options_.certain_overlap;
     if (closure.searched && !certain && !confirmed(closure)) {
       pending_.push_back(closure);
       continue;
     }
     accepted_.push_back(closure);
     const auto n = static_cast<std::size_t>(options_.submap_keys);
-    graph_.edges.push_back({static_cast<int>(closure.from_key / n), static_cast<int>(closure.to_key / n),
-                            closure.T_from_to, closure.information, true});
+    graph_.edges.push_back({static_cast<int>(closure.from_key / n),
+                            static_cast<int>(closure.to_key / n), closure.T_from_to,
+                            closure.information, true});
+    ways_.add_short_cut(closure.from_key / n, closure.to_key / n, kShortCut);
     changed = true;
   }
   if (!changed) return;
-  last_closure_ = way_[query];
+  last_closure_ = ways_.driven(query);
   optimizer_.optimize(graph_);
   anchors_ = graph_.poses;
 }
@@ -212,15 +201,17 @@ bool LoopCloser::confirmed(const Closure& closure) const {
   const auto agrees = [&](const Closure& other) {
     const std::size_t oq = other.to_key / n, ot = other.from_key / n;
     if (oq == q || oq + 6 < q) return false;
-    const Pose2 around = between(anchors_[t], anchors_[ot]) * other.T_from_to * between(anchors_[oq], anchors_[q]);
+    const Pose2 around =
+        between(anchors_[t], anchors_[ot]) * other.T_from_to * between(anchors_[oq], anchors_[q]);
     const Pose2 off = between(closure.T_from_to, around);
     return std::hypot(off.x, off.y) < 0.4 && std::abs(off.theta) < 0.06;
   };
-  return std::any_of(pending_.begin(), pending_.end(), agrees) || std::any_of(accepted_.begin(), accepted_.end(), agrees);
+  return std::any_of(pending_.begin(), pending_.end(), agrees) ||
+         std::any_of(accepted_.begin(), accepted_.end(), agrees);
 }
 
-bool LoopCloser::try_close(const KeyScans& keys, std::size_t query, std::size_t target, double way, bool search,
-                           Closure& closure) {
+bool LoopCloser::try_close(const KeyScans& keys, std::size_t query, std::size_t target, double way,
+                           bool search, Closure& closure) {
   const auto to = submap(keys, query), from = submap(keys, target);
   Pose2 guess = between(anchors_[target], anchors_[query]);
   double sigma = 0.05 + options_.drift_translation * way;
@@ -228,12 +219,17 @@ bool LoopCloser::try_close(const KeyScans& keys, std::size_t query, std::size_t 
   closure.searched = search || sigma > 0.35;
   if (closure.searched) {
     sigma = std::max(sigma, 0.35), turn = std::max(turn, 0.06);
-    if (!from->pyramid) from->pyramid = std::make_unique<match::LikelihoodPyramid>(
-          from->map, Vec2::Zero(), match::LikelihoodPyramidOptions{.max_translation = options_.max_window});
+    if (!from->pyramid)
+      from->pyramid = std::make_unique<match::LikelihoodPyramid>(
+          from->map, Vec2::Zero(),
+          match::LikelihoodPyramidOptions{.max_translation = options_.max_window});
     // Beyond a step not to be trusted any heading is possible.
-    const double rotation = way >= options_.weak_step ? std::max(3 * turn, options_.weak_rotation) : std::min(3 * turn, 0.8);
-    const match::SearchWindow window{std::min(3 * sigma, options_.max_window), std::min(rotation, kPi)};
-    const auto found = match::search(to->points, *from->pyramid, guess, window, options_.search_score);
+    const double rotation = way >= options_.weak_step ? std::max(3 * turn, options_.weak_rotation)
+                                                      : std::min(3 * turn, 0.8);
+    const match::SearchWindow window{std::min(3 * sigma, options_.max_window),
+                                     std::min(rotation, kPi)};
+    const auto found =
+        match::search(to->points, *from->pyramid, guess, window, options_.search_score);
     if (!found) return false;
     guess = found->T_map_robot;
   }
@@ -257,8 +253,8 @@ bool LoopCloser::try_close(const KeyScans& keys, std::size_t query, std::size_t 
   return closure.agreement >= options_.agreement && closure.overlap >= options_.overlap;
 }
 
-// Key scans go with the anchor of their submap, or with its neighbour where a step that is not to be
-// trusted lies between.
+// Key scans go with the anchor of their submap, or with its neighbour where a step that is not to
+// be trusted lies between.
 void LoopCloser::place(KeyScans& keys) const {
   if (anchors_.empty()) return;
   const auto n = static_cast<std::size_t>(options_.submap_keys);
@@ -270,7 +266,8 @@ void LoopCloser::place(KeyScans& keys) const {
   for (std::size_t k = 0; k < keys.size(); ++k) {
     std::size_t a = std::min(k / n, anchors_.size() - 1), key = anchor_key(a);
     if (a > 0 && !trusted(k, key) && trusted(anchor_key(a - 1), k)) key = anchor_key(--a);
-    if (a + 1 < anchors_.size() && !trusted(key, k) && trusted(k, anchor_key(a + 1))) key = anchor_key(++a);
+    if (a + 1 < anchors_.size() && !trusted(key, k) && trusted(k, anchor_key(a + 1)))
+      key = anchor_key(++a);
     keys[k].T_map_robot = anchors_[a] * between(keys[key].T_front_robot, keys[k].T_front_robot);
   }
 }
@@ -278,7 +275,8 @@ void LoopCloser::place(KeyScans& keys) const {
 std::shared_ptr<Submap> LoopCloser::submap(const KeyScans& keys, std::size_t index) {
   for (const auto& [i, s] : cache_)
     if (i == index) return s;
-  auto s = std::make_shared<Submap>(Submap{0, 0, 0, map::SurfelMap(submap_map_options()), {}, {}, nullptr});
+  auto s = std::make_shared<Submap>(
+      Submap{0, 0, 0, map::SurfelMap(submap_map_options()), {}, {}, nullptr});
   s->anchor = anchor_key(index);
   const auto half = static_cast<std::size_t>(options_.submap_keys / 2 + options_.submap_margin);
   s->first = s->anchor > half ? s->anchor - half : 0;

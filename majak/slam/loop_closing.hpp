@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loop closing: finds places that were seen before and says by how much the trajectory is off there.
-// Works on submaps (a few metres of neighbouring key scans): they are more telling than single scans
-// and few enough to look at all of them. A closure is accepted only with its evidence.
+// Loop closing: finds places that were seen before and says by how much the trajectory is off
+// there. Works on submaps (a few metres of neighbouring key scans): they are more telling than
+// single scans and few enough to look at all of them. A closure is accepted only with its evidence.
 #pragma once
 
 #include <array>
@@ -15,23 +15,24 @@
 #include "majak/match/correlative.hpp"
 #include "majak/match/point_to_line.hpp"
 #include "majak/slam/key_scan.hpp"
+#include "majak/slam/ways.hpp"
 
 namespace majak::slam {
 
 struct LoopClosingOptions {
-  int submap_keys = 8;           ///< a submap is this many key scans ...
-  int submap_margin = 8;         ///< ... and sees this many more on either side
-  double near = 5.0;             ///< m, places nearer than this should see the same walls
-  int candidates = 3;            ///< places tried for a submap
-  double search_score = 0.50;    ///< least mean likelihood in a window search
-  double agreement = 0.85;       ///< least share of comparable returns that agree
-  double overlap = 0.30;         ///< least share of returns that can be compared and agree
+  int submap_keys = 8;              ///< a submap is this many key scans ...
+  int submap_margin = 8;            ///< ... and sees this many more on either side
+  double near = 5.0;                ///< m, places nearer than this should see the same walls
+  int candidates = 3;               ///< places tried for a submap
+  double search_score = 0.50;       ///< least mean likelihood in a window search
+  double agreement = 0.85;          ///< least share of comparable returns that agree
+  double overlap = 0.30;            ///< least share of returns that can be compared and agree
   double drift_translation = 0.01;  ///< m per m of way: the front end's drift, for the windows
   double drift_rotation = 0.015;    ///< rad per sqrt(m)
-  double weak_step = 30.0;       ///< m of way that a step not to be trusted counts for
-  double weak_rotation = 1.6;    ///< rad, half width of the search beyond it
-  double starving = 10.0;        ///< m without a closure though places are near: search the window
-  double max_window = 8.0;       ///< m
+  double weak_step = 30.0;          ///< m of way that a step not to be trusted counts for
+  double weak_rotation = 1.6;       ///< rad, half width of the search beyond it
+  double starving = 10.0;   ///< m without a closure though places are near: search the window
+  double max_window = 8.0;  ///< m
   double certain_agreement = 0.95;  ///< with these, a searched closure needs no second witness
   double certain_overlap = 0.45;
 };
@@ -58,8 +59,8 @@ struct Submap {
   std::size_t first = 0, last = 0;  ///< key scans [first, last)
   std::size_t anchor = 0;
   map::SurfelMap map;
-  match::ScanPoints points;         ///< the surfels, evenly thinned
-  std::vector<View> views;          ///< of a few of its key scans
+  match::ScanPoints points;                           ///< the surfels, evenly thinned
+  std::vector<View> views;                            ///< of a few of its key scans
   std::unique_ptr<match::LikelihoodPyramid> pyramid;  ///< made when first searched
 };
 
@@ -73,23 +74,29 @@ class LoopCloser {
 
   const std::vector<Closure>& closures() const { return accepted_; }
 
+  /// Ways between the submaps, and the submap that a key scan belongs to.
+  const Ways& ways() const { return ways_; }
+  std::size_t submap_of(std::size_t key) const;
+
  private:
   void look(const KeyScans& keys, std::size_t query);
-  std::vector<double> shortest_ways(std::size_t from) const;
   std::vector<std::size_t> candidates(std::size_t query, const std::vector<double>& ways) const;
-  bool try_close(const KeyScans& keys, std::size_t query, std::size_t target, double way, bool search, Closure& closure);
+  bool try_close(const KeyScans& keys, std::size_t query, std::size_t target, double way,
+                 bool search, Closure& closure);
   bool confirmed(const Closure& closure) const;
   void place(KeyScans& keys) const;
   std::size_t anchor_key(std::size_t submap) const;
   std::shared_ptr<Submap> submap(const KeyScans& keys, std::size_t index);
 
   LoopClosingOptions options_;
-  std::vector<Pose2> anchors_;      ///< T_map_robot of each submap's anchor
-  graph::PoseGraph graph_;          ///< of the anchors
-  graph::Optimizer optimizer_{{.max_iterations = 10, .relative_tolerance = 1e-4, .start = graph::Start::given, .robust = graph::Robust::cauchy}};
-  double last_closure_ = 0;         ///< way_ at the newest closure
-  std::vector<double> way_;         ///< m driven up to each anchor
-  std::size_t keys_seen_ = 0;
+  std::vector<Pose2> anchors_;  ///< T_map_robot of each submap's anchor
+  graph::PoseGraph graph_;      ///< of the anchors
+  graph::Optimizer optimizer_{{.max_iterations = 10,
+                               .relative_tolerance = 1e-4,
+                               .start = graph::Start::given,
+                               .robust = graph::Robust::cauchy}};
+  double last_closure_ = 0;  ///< m driven at the newest closure
+  Ways ways_;                ///< between the anchors
   std::vector<Closure> accepted_, pending_;
   std::deque<std::pair<std::size_t, std::shared_ptr<Submap>>> cache_;
 };

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the front end says of the key scans, as measurements for a graph. There are two kinds, and
+// they are independent of each other: where a key scan stands in the local map it was matched to,
+// and how the robot moved since the key scan before by wheels or by habit. A local map is the mean
+// of many key scans, so the errors of neighbours in it do not add up: that is why the first kind
+// hangs on the beginning of the map and not on the neighbour (docs/MATH.md, "The chain").
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "majak/graph/pose_graph.hpp"
+#include "majak/slam/front_end.hpp"
+#include "majak/slam/key_scan.hpp"
+
+namespace majak::slam {
+
+/// The key scan that a step of the front end makes; `scan`: index into the run's scans, `weak`: its
+/// match is not to be trusted. T_map_robot is left to the caller.
+KeyScan key_scan(FrontEndStep&& step, std::size_t scan, const Pose2& T_robot_laser, bool weak);
+
+/// Key scan k in its local map; nothing for the one that began it.
+std::optional<graph::Edge> local_map_edge(const KeyScans& keys, std::size_t k);
+
+/// Motion between the key scans k - 1 and k, k > 0.
+graph::Edge motion_edge(const KeyScans& keys, std::size_t k);
+
+/// Information of the front end's own relative pose of two key scans, from < to, in the axes of
+/// `to`.
+Mat3 chain_information(const KeyScans& keys, std::size_t from, std::size_t to);
+
+}  // namespace majak::slam
