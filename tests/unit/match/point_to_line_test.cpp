@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "majak/core/random.hpp"
 #include "tests/support/ascii_room.hpp"
 
 namespace majak::match {
@@ -350,6 +351,197 @@ TEST(Align, PolesAloneTellThePose) {
   EXPECT_LT(off(m.T_map_robot, {}), 1e-3);
   EXPECT_LT(turned(m.T_map_robot, {}), 1e-3);
   EXPECT_GT(m.information.diagonal().minCoeff(), 100);  // no direction is weak
+}
+
+// What the noise of the normals feigns.
+
+/// Information of random returns on walls; `strength`: how much less the weak direction is told.
+Mat3 random_information(RandomStream& r, double strength) {
+  Mat3 sum = Mat3::Zero();
+  const double turn = r.uniform(-kPi, kPi);
+  for (int i = 0; i < 20; ++i) {
+    Vec2 n = Vec2(r.normal(), strength * r.normal());
+    n = Pose2{0, 0, turn} * n;
+    const Vec3 j(n.x(), n.y(), r.uniform(-5, 5));
+    sum += r.uniform(0, 1000) * j * j.transpose();
+  }
+  return sum;
+}
+
+Mat3 rotation3(double theta) {
+  Mat3 r = Mat3::Identity();
+  r.topLeftCorner<2, 2>() << std::cos(theta), -std::sin(theta), std::sin(theta), std::cos(theta);
+  return r;
+}
+
+TEST(WithoutNormalNoise, LeavesASmallerInformation) {
+  RandomStream r(1);
+  for (int i = 0; i < 500; ++i) {
+    const Mat3 information = random_information(r, std::pow(10, r.uniform(-4, 0)));
+    const Mat3 s = without_normal_noise(information), left = s * information * s;
+    EXPECT_LT((s - s.transpose()).norm(), 1e-12);
+    EXPECT_EQ(s(2, 2), 1);  // headings are not touched
+    EXPECT_EQ(s.col(2).head<2>().norm(), 0);
+    const Vec3 scales = Eigen::SelfAdjointEigenSolver<Mat3>(s).eigenvalues();
+    EXPECT_GE(scales(0), -1e-12);
+    EXPECT_NEAR(scales(1), 1, 1e-12);  // one direction at most is scaled
+    EXPECT_NEAR(scales(2), 1, 1e-12);
+    EXPECT_LT((left - left.transpose()).norm(), 1e-9 * left.norm());
+    EXPECT_GE(Eigen::SelfAdjointEigenSolver<Mat3>(left).eigenvalues()(0), -1e-9 * left.norm());
+    const double before = information(0, 0) + information(1, 1);
+    EXPECT_LE(left(0, 0) + left(1, 1), (1 + 1e-12) * before);
+  }
+}
+
+TEST(WithoutNormalNoise, TurnsWithTheAxes) {
+  RandomStream r(2);
+  for (int i = 0; i < 200; ++i) {
+    const Mat3 information = random_information(r, std::pow(10, r.uniform(-3, -0.3)));
+    const Mat3 turn = rotation3(r.uniform(-kPi, kPi));
+    const Mat3 s = without_normal_noise(information);
+    const Mat3 there = without_normal_noise(turn * information * turn.transpose());
+    EXPECT_LT((there - turn * s * turn.transpose()).norm(), 1e-6);
+    EXPECT_LT((without_normal_noise(1e-3 * information) - s).norm(), 1e-9);  // nor is it a matter
+  }                                                                          // of how many returns
+}
+
+TEST(WithoutNormalNoise, KeepsNearlyAllWhereAllDirectionsAreTold) {
+  for (const double weak : {1.0, 0.5, 0.2}) {
+    const Mat3 information = Vec3(1000, 1000 * weak, 5000).asDiagonal();
+    const Mat3 s = without_normal_noise(information);
+    const Mat3 left = s * information * s;
+    const double kept = std::min(left(0, 0) / information(0, 0), left(1, 1) / information(1, 1));
+    EXPECT_GT(kept, 0.99) << weak;
+    EXPECT_LT(kept, 1) << weak;
+  }
+}
+
+TEST(WithoutNormalNoise, TakesAwayWhatNormalsADegreeOffWouldSay) {
+  // Returns of two parallel walls whose normals are off by 1.5 degrees: they seem to tell the way
+  // along. By 15 degrees they would be walls that are not parallel.
+  const auto information = [](double degrees) {
+    RandomStream r(3);
+    Mat3 sum = Mat3::Zero();
+    for (int i = 0; i < 200; ++i) {
+      const double off = radians(degrees) * r.normal(), x = r.uniform(-6, 6);
+      for (const double either : {-off, off}) {
+        const Vec3 j(std::sin(either), std::cos(either), x);
+        sum += j * j.transpose() / (0.02 * 0.02);
+      }
+    }
+    return sum;
+  };
+  const Mat3 noise = information(1.5), s = without_normal_noise(noise);
+  EXPECT_GT(noise(0, 0), 400);  // 5 cm, it pretends
+  EXPECT_LT((s * noise * s).row(0).norm(), 1e-3 * noise(0, 0));
+  EXPECT_GT((s * noise * s)(1, 1), 0.99 * noise(1, 1));
+  const Mat3 slanted = information(15), t = without_normal_noise(slanted);
+  EXPECT_GT((t * slanted * t)(0, 0), 0.9 * slanted(0, 0));
+}
+
+TEST(WithoutNormalNoise, NothingStaysNothing) {
+  for (const Mat3& information : {Mat3(Mat3::Zero()), Mat3(Vec3(0, 100, 10).asDiagonal())}) {
+    const Mat3 s = without_normal_noise(information);
+    EXPECT_TRUE(s.allFinite());
+    EXPECT_LT((s * information * s - information).norm(), 1e-12);
+  }
+}
+
+// Returns that tell how far a pose is along a direction.
+
+/// Squares of 10 cm: a niche (four of its squares stand across), and walls along.
+const AsciiRoom& niche() {
+  static const AsciiRoom r(
+      {
+          "........................................",
+          "..............########..................",
+          "..............#......#..................",
+          "..............#......#..................",
+          "..............#......#..................",
+          "###############......###################",
+          "........................................",
+          "........................................",
+          "..................a.....................",
+          "........................................",
+          "........................................",
+          "########################################",
+      },
+      0.1);
+  return r;
+}
+
+Laser near_sighted() {
+  Laser laser = all_around();
+  laser.max_range = 1.5;  // the ends are not seen
+  return laser;
+}
+
+TEST(CountAcross, CountsTheReturnsOnSurfacesAcross) {
+  const double slant = std::sqrt(0.5), steep = std::sqrt(0.75);
+  const ScanPoints points = points_on({{{-2, 3}, {2, 3}, {0, -1}},
+                                       {{4, -2}, {4, 2}, {-1, 0}},
+                                       {{-4, 0}, {-2, -2}, {slant, slant}},
+                                       {{-3.5, 3.5}, {-2.7, 4.9}, {steep, -0.5}}});
+  const int wall = static_cast<int>(points.size()) / 4;
+  for (const Pose2& T : {Pose2{}, Pose2{20, -30, 1}, Pose2{-7, 3, -2.5}}) {
+    const map::SurfelMap map = map_of(points, T);
+    const auto count = [&](double x, double y) {
+      const Pose2 turn{0, 0, T.theta};
+      return count_across(points, map, T, turn * Vec2(x, y), 0.1);
+    };
+    EXPECT_EQ(count(1, 0), 3 * wall);  // the second, the slanted and the steep one
+    EXPECT_EQ(count(-1, 0), 3 * wall);
+    EXPECT_EQ(count(0, 1), 2 * wall);  // the first and the slanted one
+    EXPECT_EQ(count(slant, slant), 3 * wall);
+    EXPECT_EQ(count(slant, -slant), 3 * wall);
+  }
+}
+
+TEST(CountAcross, SlidAlongTheCorridorFewerMeet) {
+  const Pose2 truth = niche().pose('a');
+  const ScanPoints points = look(niche(), truth, near_sighted());
+  const map::SurfelMap map = map_of(points, truth);
+  const int here = count_across(points, map, truth, {1, 0}, 0.05);
+  for (const double slid : {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3})
+    EXPECT_LT(count_across(points, map, {truth.x + slid, truth.y, 0}, {1, 0}, 0.05), 0.3 * here)
+        << slid;
+  // The walls along it are met wherever it is.
+  const int along = count_across(points, map, truth, {0, 1}, 0.05);
+  EXPECT_GT(count_across(points, map, {truth.x + 0.3, truth.y, 0}, {0, 1}, 0.05), 0.7 * along);
+}
+
+TEST(CountAcross, TheWrongSideOfAThinWallDoesNotCount) {
+  const AsciiRoom rooms(
+      {
+          "##############################",
+          "#..............#.............#",
+          "#..............#.............#",
+          "#..............#.............#",
+          "#.......a......#......b......#",
+          "#..............#.............#",
+          "#..............#.............#",
+          "#..............#.............#",
+          "##############################",
+      },
+      0.1);
+  const Pose2 left = rooms.pose('a'), right = rooms.pose('b');
+  const ScanPoints seen_left = look(rooms, left), seen_right = look(rooms, right);
+  const map::SurfelMap map_left = map_of(seen_left, left);
+  const double gate = 0.15;  // through the wall
+  EXPECT_GT(count_across(seen_left, map_left, left, {1, 0}, gate), 40);
+  // The partition's returns lie within the gate, but the map has its other side.
+  ASSERT_GT(count_across(seen_right, map_of(seen_right, right), right, {1, 0}, gate), 40);
+  EXPECT_EQ(count_across(seen_right, map_left, right, {1, 0}, gate), 0);
+}
+
+TEST(CountAcross, PolesAndAnEmptyMapCountForNothing) {
+  ScanPoints poles;
+  poles.x = {2, -1, 3, -3}, poles.y = {1, 2, -2, -1.5F};
+  poles.nx.assign(4, 0), poles.ny.assign(4, 0), poles.target.assign(4, 1);
+  EXPECT_EQ(count_across(poles, map_of(poles, {}), {}, {1, 0}, 0.1), 0);
+  const ScanPoints points = look(niche(), niche().pose('a'));
+  EXPECT_EQ(count_across(points, map::SurfelMap{}, niche().pose('a'), {1, 0}, 0.1), 0);
+  EXPECT_EQ(count_across(ScanPoints{}, map_of(points, niche().pose('a')), {}, {1, 0}, 0.1), 0);
 }
 
 }  // namespace

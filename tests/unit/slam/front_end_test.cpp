@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "tests/support/ascii_room.hpp"
@@ -70,7 +71,7 @@ double drift_of(const std::vector<Event>& events, bool with_odometry) {
 }
 
 TEST(FrontEnd, FollowsASimulatedRunWithOdometry) {
-  EXPECT_LT(drift_of(building_run(), true), 0.010);
+  EXPECT_LT(drift_of(building_run(), true), 0.007);
 }
 
 TEST(FrontEnd, FollowsASimulatedRunWithoutOdometry) {
@@ -115,6 +116,97 @@ TEST(FrontEnd, KeyScansComeByWayAndByTurn) {
     }
     EXPECT_NEAR(keys, turning ? 1 + 2 / 0.18 : 1 + 2 / 0.26, 1.01);
   }
+}
+
+TEST(FrontEnd, KeyScansSayHowTheRobotMovedSinceTheOneBefore) {
+  // Wheels that are right, and a habit that has to guess.
+  for (const bool wheels : {true, false}) {
+    FrontEnd front_end({});
+    const Pose2 start = room().pose('a'), step = exp(Vec3(0.06, 0, 0.02));
+    Pose2 T = start, key = start;
+    int since = 0, keys = 0;
+    for (int i = 0; i <= 60; ++i) {
+      if (i > 0) T = T * step, ++since;
+      const FrontEndStep s = front_end.add(
+          scan_at(T, i),
+          i > 0 && wheels ? std::optional(MotionPrior{step, 0.01, 0.02}) : std::nullopt);
+      if (!s.key) continue;
+      if (++keys > 1 && wheels) {
+        EXPECT_LT(between(between(key, T), s.T_key_predicted).vector().norm(), 1e-9) << i;
+        EXPECT_NEAR(s.predicted_variance.x(), since * 1e-4, 1e-12);  // errors of their own
+        EXPECT_NEAR(s.predicted_variance.z(), since * 4e-4, 1e-12);
+      } else if (keys > 3) {
+        EXPECT_LT(off(between(key, T), s.T_key_predicted), 0.03) << i;
+        EXPECT_GE(s.predicted_variance.x(), std::pow(since * 0.02, 2) - 1e-12);  // of one sign
+        EXPECT_LE(s.predicted_variance.x(), std::pow(since * 0.10, 2) + 1e-12);
+      }
+      key = T, since = 0;
+    }
+    EXPECT_GT(keys, 8);
+  }
+}
+
+TEST(FrontEnd, LocalMapsOverlapAndHoldAsManyAsTheyShould) {
+  FrontEndOptions options;
+  options.local_map_keys = 6;
+  options.key_turn = 0.1;
+  FrontEnd front_end(options);
+  std::vector<std::size_t> begun;  // by key scan: where its local map began
+  for (int i = 0; begun.size() < 60; ++i) {
+    ASSERT_LT(i, 500);
+    const FrontEndStep step = front_end.add(scan_at(room().pose('a', 0.06 * i), i),
+                                            MotionPrior{{0, 0, 0.06}, 0.02, 0.02});
+    if (step.key) begun.push_back(step.local_map);
+  }
+  EXPECT_EQ(begun[0], 0U);
+  for (std::size_t k = 1; k < begun.size(); ++k) {
+    EXPECT_GE(begun[k], begun[k - 1]) << k;
+    EXPECT_GE(k - begun[k], k < 6 ? k : 6U) << k;  // matched to so many,
+    EXPECT_LE(k - begun[k], 12U) << k;             // and to no more
+  }
+  EXPECT_GT(std::set(begun.begin(), begun.end()).size(), 7U);
+}
+
+TEST(FrontEnd, ABrokenChainBeginsALocalMap) {
+  FrontEnd front_end({});
+  std::size_t keys = 0;
+  for (int i = 0; i < 12; ++i, ++keys)
+    ASSERT_TRUE(front_end.add(scan_at(room().pose('a', 0.2 * i), i), std::nullopt).key);
+  const AsciiRoom other({"#########", "#..a....#", "##...####", "#######.."}, 0.9);
+  Scan scan = other.scan(other.pose('a'), all_around(181));
+  scan.time = from_seconds(10);
+  const FrontEndStep step = front_end.add(scan, std::nullopt);
+  ASSERT_TRUE(step.broken && step.key);
+  EXPECT_EQ(step.local_map, keys);
+}
+
+TEST(FrontEnd, WithoutWheelsItStopsWhereTheNicheSaysSo) {
+  // A corridor whose ends are not seen. The robot brakes at once; its habit says it goes on.
+  const AsciiRoom corridor({
+      "................................................................................",
+      "#####.###########.#############.############.#############.###########.#########",
+      "................................................................................",
+      "................................................................................",
+      "................................................................................",
+      "..a.............................................................................",
+      "##############.############.##########.##########.############.#######.#########",
+      "................................................................................",
+  });
+  Laser laser = all_around(361);
+  laser.max_range = 8;
+  laser.noise = 0.008;
+  FrontEnd front_end({});
+  const Pose2 start = corridor.pose('a') * Pose2{8, 0.3, 0};
+  double way = 0, worst = 0;
+  for (int i = 0; i < 160; ++i) {
+    const double speed = i % 40 < 20 ? 0.08 : i % 40 < 30 ? 0.0 : -0.03;  // m a scan
+    if (i > 0) way += speed;
+    laser.seed = i + 1;
+    Scan scan = corridor.scan(start * Pose2{way, 0, 0}, laser);
+    scan.time = from_seconds(0.1 * i);
+    worst = std::max(worst, off(front_end.add(scan, std::nullopt).T_map_robot, {way, 0, 0}));
+  }
+  EXPECT_LT(worst, 0.04);
 }
 
 TEST(FrontEnd, AJumpIsFoundBySearching) {

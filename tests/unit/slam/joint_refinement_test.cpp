@@ -6,8 +6,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <utility>
 #include <vector>
 
+#include "majak/slam/chain.hpp"
 #include "tests/support/ascii_room.hpp"
 
 namespace majak::slam {
@@ -49,14 +52,44 @@ Walk walk(int n, double error, double noise = 0, double step = 0.3) {
     KeyScan key;
     key.scan = static_cast<std::size_t>(i);
     key.points = match::scan_points(room().scan(w.truth.back(), laser), {}, true);
-    key.step_information = Vec3(1e4, 1e4, 1e4).asDiagonal();
+    key.match_information = key.motion_information = Vec3(1e4, 1e4, 1e4).asDiagonal();
     const Pose2 off{r.uniform(-error, error), r.uniform(-error, error),
                     r.uniform(-error, error) / 3};
     key.T_map_robot = i == 0 ? w.truth.back() : w.truth.back() * off;
     key.T_front_robot = key.T_map_robot;
+    if (i > 0) key.T_previous_predicted = between(w.keys.back().T_front_robot, key.T_front_robot);
     w.keys.push_back(key);
   }
   return w;
+}
+
+using Partners = std::vector<std::vector<std::size_t>>;
+
+/// Each with up to `count` key scans right before it.
+Partners neighbours(const KeyScans& keys, std::size_t count = 5) {
+  Partners partners(keys.size());
+  for (std::size_t i = 0; i < keys.size(); ++i)
+    for (std::size_t j = i > count ? i - count : 0; j < i; ++j) partners[i].push_back(j);
+  return partners;
+}
+
+/// What the last round solved, and the pairs among it.
+graph::PoseGraph graph_of(const JointRefinement& result, const KeyScans& keys) {
+  graph::PoseGraph graph;
+  for (const KeyScan& key : keys) graph.poses.push_back(key.T_map_robot);
+  graph.edges = result.edges;
+  return graph;
+}
+std::vector<graph::Edge> pairs_of(const JointRefinement& result, const KeyScans& keys) {
+  std::vector<graph::Edge> pairs;
+  for (std::size_t e = 0; e < result.edges.size(); ++e) {
+    const auto chain = local_map_edge(keys, static_cast<std::size_t>(result.edges[e].to));
+    if (result.kinds[e] == ConstraintKind::match &&
+        !(chain && chain->from == result.edges[e].from &&
+          chain->T_from_to == result.edges[e].T_from_to))
+      pairs.push_back(result.edges[e]);
+  }
+  return pairs;
 }
 
 /// m, and rad at 3 m.
@@ -75,19 +108,19 @@ TEST(JointRefinement, PerturbedPosesReturnToTheTruth) {
   ASSERT_GT(worst_error(w.keys, w.truth), 0.03);
   JointRefinementOptions options;
   options.rounds = 4;
-  refine_jointly(w.keys, options, {});
+  refine_jointly(w.keys, neighbours(w.keys), options, {});
   EXPECT_LT(worst_error(w.keys, w.truth), 0.002);
 }
 
 TEST(JointRefinement, ThroughNoise) {
   Walk w = walk(10, 0.04, 0.01);
-  refine_jointly(w.keys, {}, {});
+  refine_jointly(w.keys, neighbours(w.keys), {}, {});
   EXPECT_LT(worst_error(w.keys, w.truth), 0.008);
 }
 
 TEST(JointRefinement, TheTruthStays) {
   Walk w = walk(10, 0);
-  refine_jointly(w.keys, {}, {});
+  refine_jointly(w.keys, neighbours(w.keys), {}, {});
   EXPECT_LT(worst_error(w.keys, w.truth), 0.002);
 }
 
@@ -95,10 +128,10 @@ TEST(JointRefinement, RepeatedItDoesNotMove) {
   Walk w = walk(8, 0.04, 0.005);
   JointRefinementOptions options;
   options.rounds = 6;
-  refine_jointly(w.keys, options, {});
+  refine_jointly(w.keys, neighbours(w.keys), options, {});
   const KeyScans before = w.keys;
   options.rounds = 2;
-  refine_jointly(w.keys, options, {});
+  refine_jointly(w.keys, neighbours(w.keys), options, {});
   for (std::size_t i = 0; i < w.keys.size(); ++i)
     EXPECT_LT(between(before[i].T_map_robot, w.keys[i].T_map_robot).translation().norm(), 5e-4)
         << i;
@@ -108,7 +141,7 @@ TEST(JointRefinement, ResidualsShrinkFromRoundToRound) {
   Walk w = walk(10, 0.04);
   JointRefinementOptions options;
   options.rounds = 4;
-  const JointRefinement result = refine_jointly(w.keys, options, {});
+  const JointRefinement result = refine_jointly(w.keys, neighbours(w.keys), options, {});
   ASSERT_EQ(result.rms.size(), 4U);
   EXPECT_LT(result.rms[1], 0.5 * result.rms[0]);
   EXPECT_LE(result.rms[3], result.rms[1]);
@@ -151,11 +184,10 @@ std::vector<Pose2> dense_solve(std::vector<Pose2> poses, const std::vector<graph
 
 TEST(JointRefinement, SixScansEqualADenseSolve) {
   Walk w = walk(6, 0.04, 0.005);
-  std::vector<Pose2> start;
-  for (const KeyScan& key : w.keys) start.push_back(key.T_map_robot);
-  const JointRefinement result = refine_jointly(w.keys, {}, {});
-  const auto poses = dense_solve(start, result.edges);
-  for (std::size_t i = 0; i < poses.size(); ++i) {
+  const JointRefinement result = refine_jointly(w.keys, neighbours(w.keys), {}, {});
+  const graph::PoseGraph graph = graph_of(result, w.keys);
+  const auto poses = dense_solve(graph.poses, graph.edges);
+  for (std::size_t i = 0; i < w.keys.size(); ++i) {
     const Pose2 off = between(poses[i], w.keys[i].T_map_robot);
     EXPECT_LT(off.translation().norm(), 1e-4) << i;
     EXPECT_LT(std::abs(off.theta), 1e-4) << i;
@@ -165,7 +197,7 @@ TEST(JointRefinement, SixScansEqualADenseSolve) {
 TEST(JointRefinement, SameBytesForAnyNumberOfThreads) {
   const auto run = [](int threads) {
     Walk w = walk(14, 0.04, 0.01);
-    refine_jointly(w.keys, {}, {threads});
+    refine_jointly(w.keys, neighbours(w.keys), {}, {threads});
     std::vector<Pose2> poses;
     for (const KeyScan& key : w.keys) poses.push_back(key.T_map_robot);
     return poses;
@@ -175,24 +207,30 @@ TEST(JointRefinement, SameBytesForAnyNumberOfThreads) {
   EXPECT_EQ(run(8), one);
 }
 
-TEST(JointRefinement, PairsOtherVisitsOnlyWhenAskedTo) {
+TEST(JointRefinement, PairsThePartnersAndNoOthers) {
   // There and back again: the second half sees what the first half saw.
   Walk out = walk(24, 0.01, 0, 0.1);
-  for (int i = 23; i >= 0; --i) {
-    out.keys.push_back(out.keys[static_cast<std::size_t>(i)]);
-    out.truth.push_back(out.truth[static_cast<std::size_t>(i)]);
+  for (std::size_t i = 24; i-- > 0;) {
+    out.keys.push_back(out.keys[i]);
+    out.truth.push_back(out.truth[i]);
+    if (i < 23)
+      out.keys.back().T_previous_predicted = out.keys[i + 1].T_previous_predicted.inverse();
   }
-  for (const int near_in_space : {0, 3}) {
+  Partners partners(48);
+  for (std::size_t i = 30; i < 48; ++i) partners[i] = {47 - i, 50 - i};
+  for (const bool paired : {false, true}) {
     KeyScans keys = out.keys;
-    const JointRefinement result = refine_jointly(keys, {.near_in_space = near_in_space}, {});
-    const auto far =
-        std::count_if(result.edges.begin(), result.edges.end(),
-                      [](const graph::Edge& e) { return std::abs(e.from - e.to) >= 12; });
-    if (near_in_space == 0) {
-      EXPECT_EQ(far, 0);
-    } else {
-      EXPECT_GT(far, 20);
+    const JointRefinement result = refine_jointly(keys, paired ? partners : Partners(48), {}, {});
+    std::set<std::pair<int, int>> expected, found;
+    if (paired)
+      for (int k = 30; k < 48; ++k) expected.insert({47 - k, k}), expected.insert({50 - k, k});
+    for (const graph::Edge& edge : pairs_of(result, keys)) {
+      EXPECT_TRUE(found.insert({edge.from, edge.to}).second) << edge.from << " - " << edge.to;
+      const Pose2 truly = between(out.truth[static_cast<std::size_t>(edge.from)],
+                                  out.truth[static_cast<std::size_t>(edge.to)]);
+      EXPECT_LT(between(truly, edge.T_from_to).translation().norm(), 0.005);
     }
+    EXPECT_EQ(found, expected);
   }
 }
 
@@ -212,8 +250,9 @@ TEST(JointRefinement, TheTwoSidesOfAThinWallAreNotPaired) {
   };
   KeyScans keys(2);
   keys[0].points = look(2.00, -1), keys[1].points = look(2.08, 1);
-  for (KeyScan& key : keys) key.step_information = 1e-3 * Mat3::Identity();
-  const JointRefinement result = refine_jointly(keys, {}, {});
+  for (KeyScan& key : keys)
+    key.match_information = key.motion_information = 1e-3 * Mat3::Identity();
+  const JointRefinement result = refine_jointly(keys, {{}, {0}}, {}, {});
   EXPECT_LT(log(keys[1].T_map_robot).norm(), 1e-3);
   EXPECT_LT(result.rms.back(), 1e-3);
 }
@@ -221,26 +260,89 @@ TEST(JointRefinement, TheTwoSidesOfAThinWallAreNotPaired) {
 TEST(JointRefinement, EveryKeyScanHangsOnTheOneBefore) {
   Walk w = walk(5, 0.02);
   w.keys[4].points = {};  // sees nothing: only the front end's step holds it
-  const Pose2 step = between(w.keys[3].T_front_robot, w.keys[4].T_front_robot);
-  const JointRefinement result = refine_jointly(w.keys, {}, {});
-  EXPECT_LT(
-      between(step, between(w.keys[3].T_map_robot, w.keys[4].T_map_robot)).translation().norm(),
-      1e-3);
+  w.keys[4].match_information = 1e-3 * Mat3::Identity();
+  const JointRefinement result = refine_jointly(w.keys, neighbours(w.keys), {}, {});
+  const auto edges = graph_of(result, w.keys).edges;
+  const Pose2 step = between(w.keys[3].T_map_robot, w.keys[4].T_map_robot);
+  EXPECT_LT(between(w.keys[4].T_previous_predicted, step).translation().norm(), 1e-3);
   for (int i = 1; i < 5; ++i)
-    EXPECT_TRUE(std::any_of(result.edges.begin(), result.edges.end(), [i](const graph::Edge& e) {
+    EXPECT_TRUE(std::any_of(edges.begin(), edges.end(), [i](const graph::Edge& e) {
       return e.from == i - 1 && e.to == i;
     })) << i;
 }
 
+// What the front end found, with nothing to hold it against.
+
+/// A way without points: the front end's poses, and motions that are off them by `wheels` m and
+/// rad. Local maps as the front end has them: of 20 to 40 key scans.
+KeyScans open_chain(std::uint64_t seed, int n, double wheels) {
+  RandomStream r(seed);
+  KeyScans keys(static_cast<std::size_t>(n));
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    KeyScan& key = keys[k];
+    key.local_map = k <= 40 ? 0 : (k - 1) / 20 * 20 - 20;
+    key.match_information = Vec3(1e5, 1e5, 5e5).asDiagonal();
+    key.motion_information = Vec3(1e3, 1e3, 1e3).asDiagonal();
+    if (k > 0) {
+      const Pose2 step = exp(Vec3(0.25, r.uniform(-0.05, 0.05), r.uniform(-0.3, 0.3)));
+      key.T_front_robot = keys[k - 1].T_front_robot * step;
+      key.T_previous_predicted =
+          step * Pose2{wheels * r.normal(), wheels * r.normal(), wheels * r.normal()};
+    }
+    key.T_map_robot = key.T_front_robot;
+  }
+  return keys;
+}
+
+/// Worst distance in m off the front end's poses.
+double worst_off_front(const KeyScans& keys) {
+  double worst = 0;
+  for (const KeyScan& key : keys) {
+    const Pose2 front = between(keys[0].T_front_robot, key.T_front_robot);
+    const Pose2 map = between(keys[0].T_map_robot, key.T_map_robot);
+    worst = std::max(worst, between(front, map).translation().norm());
+  }
+  return worst;
+}
+
+TEST(JointRefinement, AnOpenChainThatAgreesIsTheFrontEnds) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    KeyScans keys = open_chain(seed, 200, 0);
+    RandomStream r(seed, 1);
+    for (std::size_t k = 1; k < keys.size(); ++k)  // wherever it starts
+      keys[k].T_map_robot = keys[k].T_map_robot * Pose2{r.uniform(-0.1, 0.1), r.uniform(-0.1, 0.1),
+                                                        r.uniform(-0.02, 0.02)};
+    ASSERT_GT(worst_off_front(keys), 0.1);
+    const JointRefinement result = refine_jointly(keys, Partners(keys.size()), {}, {});
+    EXPECT_LT(worst_off_front(keys), 1e-3) << seed;
+    EXPECT_TRUE(pairs_of(result, keys).empty());
+    EXPECT_EQ(result.rms.back(), 0);
+  }
+}
+
+TEST(JointRefinement, WheelsDoNotBendAnOpenChain) {
+  // Each motion is off by 3 cm and 2 degrees; 50 m of them alone would lead half a metre astray and
+  // more.
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    KeyScans keys = open_chain(seed, 200, 0.03);
+    KeyScans wheels = keys;
+    for (std::size_t k = 1; k < keys.size(); ++k)
+      wheels[k].T_map_robot = wheels[k - 1].T_map_robot * keys[k].T_previous_predicted;
+    ASSERT_GT(worst_off_front(wheels), 0.5) << seed;
+    refine_jointly(keys, Partners(keys.size()), {}, {});
+    EXPECT_LT(worst_off_front(keys), 0.06) << seed;
+  }
+}
+
 TEST(JointRefinement, OneOrNoneIsLeftAlone) {
   KeyScans none;
-  EXPECT_TRUE(refine_jointly(none, {}, {}).edges.empty());
+  EXPECT_EQ(refine_jointly(none, {}, {}, {}).rms.back(), 0);
   Walk w = walk(1, 0);
-  EXPECT_TRUE(refine_jointly(w.keys, {}, {}).edges.empty());
+  EXPECT_EQ(refine_jointly(w.keys, neighbours(w.keys), {}, {}).rms.back(), 0);
   EXPECT_EQ(w.keys[0].T_map_robot, w.truth[0]);
   Walk two = walk(3, 0.02);
   const KeyScans before = two.keys;
-  refine_jointly(two.keys, {.rounds = 0}, {});
+  refine_jointly(two.keys, neighbours(two.keys), {.rounds = 0}, {});
   EXPECT_EQ(two.keys[1].T_map_robot, before[1].T_map_robot);
 }
 

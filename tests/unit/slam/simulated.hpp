@@ -48,19 +48,26 @@ inline Site map_of(const std::vector<Event>& events, const GraphSlamOptions& opt
 struct PathError {
   double rms = 0, worst = 0;
 };
-inline PathError error_of(const Site& site) {
+template <class PoseOf>
+PathError error_of(const Site& site, const PoseOf& pose_of) {
   std::map<Time, Pose2> truth;
   for (const Truth& t : site.truth) truth[t.time] = t.T_world_robot;
   const PosedScan& first = site.scans.front();
-  const Pose2 T_world_map = truth.at(first.scan.time) * first.estimate.T_map_robot.inverse();
+  const Pose2 T_world_map = truth.at(first.scan.time) * pose_of(first).inverse();
   PathError error;
   for (const PosedScan& s : site.scans) {
-    const Pose2 off = between(truth.at(s.scan.time), T_world_map * s.estimate.T_map_robot);
+    const Pose2 off = between(truth.at(s.scan.time), T_world_map * pose_of(s));
     error.rms += off.translation().squaredNorm() / static_cast<double>(site.scans.size());
     error.worst = std::max(error.worst, off.translation().norm());
   }
   error.rms = std::sqrt(error.rms);
   return error;
+}
+inline PathError error_of(const Site& site) {
+  return error_of(site, [](const PosedScan& s) { return s.estimate.T_map_robot; });
+}
+inline PathError front_end_error_of(const Site& site) {
+  return error_of(site, [](const PosedScan& s) { return s.T_map_robot_front_end; });
 }
 
 inline int closures_of(const Site& site) {
