@@ -47,7 +47,7 @@ struct Learnt {
   bool used = false;  ///< false: not determined by this log, or no better than the nominal value
 };
 
-/// What the log says about its own odometry and mounting (see motion/odometry_check).
+/// What the log says about its own odometry and mounting (see motion/odometry_model).
 struct OdometryFindings {
   Learnt lag_s;               ///< the odometry is this much later than the laser (s)
   Learnt translation_scale;   ///< true distance = scale * odometry's

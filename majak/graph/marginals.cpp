@@ -19,6 +19,33 @@ Marginals::Marginals(const PoseGraph& graph, std::span<const double> edge_weight
       diagonal_[i] = blocks[equations_.variable(static_cast<int>(i))];
 }
 
+std::vector<Vec3> Marginals::response(const PoseGraph& graph, std::span<const Vec3> shifts) const {
+  std::vector<double> column(3 * static_cast<std::size_t>(equations_.matrix().size()), 0.0);
+  const auto add = [&](int pose, const Vec3& gradient) {
+    if (equations_.is_anchor(pose)) return;
+    Eigen::Map<Vec3>(&column[3 * static_cast<std::size_t>(equations_.variable(pose))]) += gradient;
+  };
+  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
+    if (shifts[k].isZero()) continue;
+    const Edge& edge = graph.edges[k];
+    const ResidualJacobians d =
+        residual_jacobians(poses_[static_cast<std::size_t>(edge.from)],
+                           poses_[static_cast<std::size_t>(edge.to)], edge.T_from_to);
+    const Vec3 weighted = edge.information * shifts[k];
+    add(edge.from, d.from.transpose() * weighted);
+    add(edge.to, d.to.transpose() * weighted);
+  }
+  equations_.matrix().solve(column);
+  std::vector<Vec3> result(poses_.size(), Vec3::Zero());
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const int pose = static_cast<int>(i);
+    if (!equations_.is_anchor(pose))
+      result[i] =
+          Eigen::Map<const Vec3>(&column[3 * static_cast<std::size_t>(equations_.variable(pose))]);
+  }
+  return result;
+}
+
 std::vector<Mat3> Marginals::cross(int i) const {
   std::vector<Mat3> result(poses_.size(), Mat3::Zero());
   if (equations_.is_anchor(i)) return result;

@@ -22,6 +22,10 @@ class Marginals {
 
   const Mat3& covariance(int pose) const { return diagonal_[static_cast<std::size_t>(pose)]; }
 
+  /// How the optimum moves, to first order, if the measurement of edge k is off by shifts[k], i.e.
+  /// T_from_to * exp(shift); one solve. `graph`: the one that this was made from.
+  std::vector<Vec3> response(const PoseGraph& graph, std::span<const Vec3> shifts) const;
+
   /// Covariance of pose i with every pose j, [j](r, c) = cov(j's r, i's c); three solves.
   std::vector<Mat3> cross(int i) const;
   /// Covariance of both poses, i first; three solves.

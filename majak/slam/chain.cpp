@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/slam/chain.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
 #include <utility>
@@ -13,6 +14,7 @@ constexpr double kShared =
 const Vec3 kMatchFloor(4e-6, 4e-6, 1e-6);  // m^2, rad^2
 const Vec3 kDrift(2e-6, 2e-6, 5e-7);  // m^2, rad^2 for a key scan: the local map's own random walk
 const Vec3 kWeakStep(0.04, 0.04, 0.04);     // m^2, rad^2
+constexpr double kLoose = 0.05;             // m; what comes after a match known worse hangs on it
 const Vec3 kMotionFloor(1e-6, 1e-6, 1e-6);  // m^2, rad^2
 
 Mat3 rotation3(double theta) {
@@ -30,6 +32,27 @@ Mat3 match_information(const FrontEndStep& step, bool weak) {
   covariance.diagonal() += kMatchFloor;
   if (weak) covariance.diagonal() += kWeakStep;
   return covariance.inverse();
+}
+
+// The direction (own axes) in which a key scan's match left its pose open, if any.
+struct Loose {
+  Vec3 direction = Vec3::Zero();
+  double variance = 0;  // m^2, along it
+};
+std::optional<Loose> loose(const KeyScan& key) {
+  const Mat3 covariance = key.match_information.inverse();
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+  axes.computeDirect(covariance.topLeftCorner<2, 2>());
+  if (axes.eigenvalues()(1) < kLoose * kLoose) return std::nullopt;
+  const Vec2 direction = axes.eigenvectors().col(1);
+  return Loose{{direction.x(), direction.y(), 0}, axes.eigenvalues()(1)};
+}
+
+// The newest key scan before k in its local map whose match was loose.
+std::optional<std::size_t> newest_loose(const KeyScans& keys, std::size_t k) {
+  for (std::size_t j = k; j-- > keys[k].local_map + 1;)
+    if (loose(keys[j])) return j;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -50,14 +73,60 @@ KeyScan key_scan(FrontEndStep&& step, std::size_t scan, const Pose2& T_robot_las
   return key;
 }
 
-std::optional<graph::Edge> local_map_edge(const KeyScans& keys, std::size_t k) {
+std::vector<graph::Edge> match_edges(const KeyScans& keys, std::size_t k) {
   const std::size_t first = keys[k].local_map;
-  if (first >= k) return std::nullopt;
-  Mat3 covariance = keys[k].match_information.inverse();
-  covariance.diagonal() += static_cast<double>(k - first) * kDrift;
-  return graph::Edge{static_cast<int>(first), static_cast<int>(k),
-                     between(keys[first].T_front_robot, keys[k].T_front_robot),
-                     covariance.inverse(), false};
+  if (first >= k) return {};
+  const auto edge = [&](std::size_t from, const Mat3& information) {
+    return graph::Edge{static_cast<int>(from), static_cast<int>(k),
+                       between(keys[from].T_front_robot, keys[k].T_front_robot), information,
+                       false};
+  };
+  const Mat3& information = keys[k].match_information;
+  const auto from = newest_loose(keys, k);
+  if (!from) return {edge(first, information)};
+  const double turn = angle_diff(keys[*from].T_front_robot.theta, keys[k].T_front_robot.theta);
+  const Vec3 t = rotation3(turn) * loose(keys[*from])->direction;
+  const Mat3 across = Mat3::Identity() - t * t.transpose();
+  return {edge(first, across * information * across + 1e-3 * t * t.transpose()),
+          edge(*from, t.dot(information * t) * t * t.transpose())};
+}
+
+// What a local map's first key scan is off in it: it was matched to none, so as much as the next.
+Mat3 information_in_local_map(const KeyScans& keys, std::size_t k) {
+  const bool first = keys[k].local_map == k;
+  return keys[first && k + 1 < keys.size() ? k + 1 : k].match_information;
+}
+
+ChainGraph chain_graph(const KeyScans& keys) {
+  ChainGraph chain;
+  graph::PoseGraph& graph = chain.graph;
+  for (const KeyScan& key : keys) graph.poses.push_back(key.T_map_robot);
+  std::size_t map_key = keys.size();  // where the newest local map began
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    const int key = static_cast<int>(k);
+    if (k > 0) graph.edges.push_back(motion_edge(keys, k));
+    const std::size_t first = keys[k].local_map;
+    if (first != map_key) {
+      const int map = static_cast<int>(graph.poses.size());
+      graph.poses.push_back(keys[first].T_map_robot);
+      chain.local_maps.push_back(first);
+      if (first != k) {  // it took over from the map before
+        const Mat3 drift = static_cast<double>(first - map_key) * Mat3(kDrift.asDiagonal());
+        graph.edges.push_back({map - 1, map,
+                               between(keys[map_key].T_front_robot, keys[first].T_front_robot),
+                               drift.inverse(), false});
+      } else {
+        graph.edges.push_back({map, key, Pose2{}, information_in_local_map(keys, k), false});
+      }
+      map_key = first;
+    }
+    for (graph::Edge edge : match_edges(keys, k)) {
+      if (edge.from == static_cast<int>(first))
+        edge.from = static_cast<int>(graph.poses.size()) - 1;
+      graph.edges.push_back(edge);
+    }
+  }
+  return chain;
 }
 
 graph::Edge motion_edge(const KeyScans& keys, std::size_t k) {
@@ -74,6 +143,9 @@ Mat3 chain_information(const KeyScans& keys, std::size_t from, std::size_t to) {
     const Mat3 b = adjoint(between(keys[to].T_front_robot, keys[k].T_front_robot));
     moved += b * keys[k].motion_information.inverse() * b.transpose();
     if (keys[k].weak_step) matched += b * kWeakStep.asDiagonal() * b.transpose();
+    const auto open = k < to ? loose(keys[k]) : std::nullopt;
+    if (open)
+      matched += open->variance * b * open->direction * open->direction.transpose() * b.transpose();
   }
   return matched.inverse() + moved.inverse();
 }

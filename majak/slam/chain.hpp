@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <vector>
 
 #include "majak/graph/pose_graph.hpp"
 #include "majak/slam/front_end.hpp"
@@ -19,8 +20,17 @@ namespace majak::slam {
 /// match is not to be trusted. T_map_robot is left to the caller.
 KeyScan key_scan(FrontEndStep&& step, std::size_t scan, const Pose2& T_robot_laser, bool weak);
 
-/// Key scan k in its local map; nothing for the one that began it.
-std::optional<graph::Edge> local_map_edge(const KeyScans& keys, std::size_t k);
+/// All of that as a graph. Poses: the key scans, then the local maps in their order.
+struct ChainGraph {
+  graph::PoseGraph graph;
+  std::vector<std::size_t> local_maps;  ///< key scan that began each
+};
+ChainGraph chain_graph(const KeyScans& keys);
+
+/// Key scan k in its local map, measured from the key scan that began the map; nothing for that one
+/// itself. Where a match before k left a direction open (an empty corridor), what was seen since
+/// hangs together with that match only: in that direction k is measured from there.
+std::vector<graph::Edge> match_edges(const KeyScans& keys, std::size_t k);
 
 /// Motion between the key scans k - 1 and k, k > 0.
 graph::Edge motion_edge(const KeyScans& keys, std::size_t k);

@@ -13,6 +13,8 @@
 namespace majak::slam {
 namespace {
 
+constexpr double kContradicted =
+    50;  // chi2 of a closure at the final poses: the rest of the map speaks against it
 constexpr std::size_t kPatience = 10;  // scans that may queue behind one that waits for odometry
 
 }  // namespace
@@ -84,19 +86,21 @@ Site GraphSlam::finish() {
   if (options_.close_loops) loop_closer_.update(keys_, true);
   refined_ = refine_jointly(keys_, revisits(keys_, loop_closer_, options_.revisits),
                             options_.refinement, threads_);
-  place_scans(key_covariances(keys_, refined_));
+  std::vector<UnseenMotion> unseen(keys_.size());
+  for (std::size_t k = 1; k < keys_.size(); ++k)
+    unseen[k] = unseen_motion(site_.scans[keys_[k - 1].scan], site_.scans[keys_[k].scan]);
+  place_scans(key_covariances(keys_, refined_, unseen));
   record_constraints();
   site_.odometry = odometry_.findings();
   OdometryFindings& found = site_.odometry;  // the model knows the place against the nominal one
-  if (found.laser_x_m.used) {
-    const Pose2 T_robot_laser =
-        Pose2{found.laser_x_m.value, found.laser_y_m.value, found.laser_theta_rad.value} *
-        site_.scans.front().scan.T_robot_laser;
-    found.laser_x_m.value = T_robot_laser.x;
-    found.laser_y_m.value = T_robot_laser.y;
-    found.laser_theta_rad.value = T_robot_laser.theta;
-  }
-  site_.used_odometry = options_.use_odometry && odometry_.pose(0).has_value();
+  const Pose2 T_robot_laser =
+      Pose2{found.laser_x_m.value, found.laser_y_m.value, found.laser_theta_rad.value} *
+      site_.scans.front().scan.T_robot_laser;
+  if (found.laser_x_m.used) found.laser_x_m.value = T_robot_laser.x;
+  if (found.laser_y_m.used) found.laser_y_m.value = T_robot_laser.y;
+  if (found.laser_theta_rad.used) found.laser_theta_rad.value = T_robot_laser.theta;
+  site_.used_odometry = std::any_of(site_.scans.begin(), site_.scans.end(),
+                                    [](const PosedScan& s) { return s.T_odom_robot.has_value(); });
   return std::move(site_);
 }
 
@@ -130,7 +134,8 @@ void GraphSlam::place_scan(PosedScan& posed, const KeyScan& key, const Mat3& cov
   const match::Match match = match::align(points, map, prior, align);
   Estimate& estimate = posed.estimate;
   estimate.T_map_robot = match.T_map_robot;
-  estimate.covariance = scan_covariance(covariance, match, prior);
+  estimate.covariance =
+      scan_covariance(covariance, match, unseen_motion(site_.scans[key.scan], posed));
   posed.match_score = static_cast<float>(match.score);
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
   axes.computeDirect(match.information.topLeftCorner<2, 2>());
@@ -149,17 +154,21 @@ void GraphSlam::record_constraints() {
         between(T_from_to, between(keys_[from].T_map_robot, keys_[to].T_map_robot)).vector();
     return e.dot(information * e);
   };
-  for (std::size_t i = 0; i < refined_.edges.size(); ++i) {
-    const graph::Edge& edge = refined_.edges[i];
+  const auto add = [&](const graph::Edge& edge, ConstraintKind kind) {
     Constraint c;
-    c.kind = refined_.kinds[i];
+    c.kind = kind;
     const auto from = static_cast<std::size_t>(edge.from), to = static_cast<std::size_t>(edge.to);
     c.from = keys_[from].scan, c.to = keys_[to].scan;
     c.T_from_to = edge.T_from_to;
     c.information = edge.information;
     c.chi2 = chi2_of(from, to, edge.T_from_to, edge.information);
     site_.constraints.push_back(c);
+  };
+  for (std::size_t k = 0; k < keys_.size(); ++k) {
+    if (k > 0) add(motion_edge(keys_, k), ConstraintKind::odometry);
+    for (const graph::Edge& edge : match_edges(keys_, k)) add(edge, ConstraintKind::match);
   }
+  for (const graph::Edge& edge : refined_.pairs) add(edge, ConstraintKind::match);
   for (const Closure& closure : loop_closer_.closures()) {
     Constraint c;
     c.kind = ConstraintKind::closure;
@@ -169,6 +178,7 @@ void GraphSlam::record_constraints() {
     c.score = closure.agreement;
     c.overlap = closure.overlap;
     c.chi2 = chi2_of(closure.from_key, closure.to_key, closure.T_from_to, closure.information);
+    c.enabled = c.chi2 < kContradicted;
     site_.constraints.push_back(c);
   }
 }

@@ -126,25 +126,18 @@ JointRefinement refine_jointly(KeyScans& keys,
   for (int n = 0; n < options.rounds; ++n) {
     const Round round =
         pair_all(keys, sources, n == 0 ? options.gate : 0.5 * options.gate, options, threads);
-    graph::PoseGraph graph;
-    result.kinds.clear();
-    const auto add = [&](const graph::Edge& edge, ConstraintKind kind) {
-      graph.edges.push_back(edge);
-      result.kinds.push_back(kind);
-    };
-    for (std::size_t k = 0; k < keys.size(); ++k) {
-      graph.poses.push_back(keys[k].T_map_robot);
-      if (k > 0) add(motion_edge(keys, k), ConstraintKind::odometry);
-      if (const auto edge = local_map_edge(keys, k)) add(*edge, ConstraintKind::match);
-      for (const graph::Edge& edge : round.edges[k]) add(edge, ConstraintKind::match);
-    }
+    result.chain = chain_graph(keys);
+    graph::PoseGraph& graph = result.chain.graph;
+    result.pairs.clear();
+    for (const auto& edges : round.edges)
+      result.pairs.insert(result.pairs.end(), edges.begin(), edges.end());
+    graph.edges.insert(graph.edges.end(), result.pairs.begin(), result.pairs.end());
     graph::optimize(graph, {.max_iterations = 3,
                             .relative_tolerance = 1e-5,
                             .start = graph::Start::given,
                             .robust = graph::Robust::none});
     for (std::size_t k = 0; k < keys.size(); ++k) keys[k].T_map_robot = graph.poses[k];
     result.rms.push_back(round.rms());
-    result.edges = std::move(graph.edges);
   }
   return result;
 }

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "majak/core/parallel.hpp"
-#include "majak/core/site.hpp"
 #include "majak/graph/pose_graph.hpp"
+#include "majak/slam/chain.hpp"
 #include "majak/slam/key_scan.hpp"
 
 namespace majak::slam {
@@ -22,9 +22,9 @@ struct JointRefinementOptions {
 };
 
 struct JointRefinement {
-  std::vector<graph::Edge> edges;     ///< of the last round, indices of key scans
-  std::vector<ConstraintKind> kinds;  ///< of each edge: odometry (the predicted motion) or match
-  std::vector<double> rms;            ///< m, of the paired returns, round by round
+  ChainGraph chain;                ///< of the last round, with the pairs
+  std::vector<graph::Edge> pairs;  ///< of that
+  std::vector<double> rms;         ///< m, of the paired returns, round by round
 };
 
 /// Moves keys[..].T_map_robot to the common optimum. `partners`: for every key scan the older ones

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/slam/loop_closing.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -13,6 +14,8 @@ namespace {
 
 constexpr std::size_t kCachedSubmaps = 24;
 constexpr std::size_t kSubmapPoints = 300;
+constexpr double kHeldShare =
+    0.01;                          // information in the weak direction over that in the strong one
 constexpr double kShortCut = 1.0;  // m, of way that a closure counts for
 
 map::SurfelMapOptions submap_map_options() {
@@ -79,6 +82,12 @@ struct Comparison {
     }
   }
 };
+
+bool holds_all_round(const Mat3& information) {
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+  axes.computeDirect(information.topLeftCorner<2, 2>());
+  return axes.eigenvalues()(0) > kHeldShare * axes.eigenvalues()(1);
+}
 
 Mat3 to_axes_of(const Pose2& pose, const Mat3& information_map) {
   const double c = std::cos(pose.theta), s = std::sin(pose.theta);
@@ -239,6 +248,8 @@ bool LoopCloser::try_close(const KeyScans& keys, std::size_t query, std::size_t 
   align.max_iterations = 20;
   const match::Match m = match::align(to->points, from->map, {guess, Mat3::Zero()}, align);
   if (!m.converged || m.score < 0.2) return false;
+  // One empty corridor looks like another: found by searching, it has to fix the place all round.
+  if (closure.searched && !holds_all_round(m.information)) return false;
 
   Comparison comparison;
   comparison.add(to->points, m.T_map_robot, from->views);
