@@ -159,15 +159,12 @@ TEST(GraphSlam, ARingWorldCloses) {
   const Site site = map_of(events);
   EXPECT_GT(closures_of(site), 10);
   EXPECT_LT(error_of(site).rms, 0.08);  // 200 m, two laps
-  // One recess looks like the next: no closure is off by one, unless it says that it may have slid.
+  // One recess looks like the next: no closure is off by one.
   for (const Constraint& c : site.constraints) {
     if (c.kind != ConstraintKind::closure) continue;
     const Pose2 truly =
         between(truth.at(site.scans[c.from].scan.time), truth.at(site.scans[c.to].scan.time));
-    const Vec3 off = between(c.T_from_to, truly).vector();
-    if (off.head<2>().norm() < 0.3) continue;
-    EXPECT_LT(off.dot(c.information * off), 9) << c.from << " - " << c.to;
-    EXPECT_LT(std::abs(off.z()), 0.03) << c.from << " - " << c.to;
+    EXPECT_LT(between(c.T_from_to, truly).translation().norm(), 0.3);
   }
 }
 
