@@ -181,7 +181,8 @@ TEST(FrontEnd, ABrokenChainBeginsALocalMap) {
 }
 
 TEST(FrontEnd, WithoutWheelsItStopsWhereTheNicheSaysSo) {
-  // A corridor whose ends are not seen. The robot brakes at once; its habit says it goes on.
+  // A corridor whose ends are not seen. The robot brakes at once; its habit says it goes on. Where
+  // the few returns from the niches are not looked for, it is metres off at the end.
   const AsciiRoom corridor({
       "................................................................................",
       "#####.###########.#############.############.#############.###########.#########",
@@ -193,17 +194,18 @@ TEST(FrontEnd, WithoutWheelsItStopsWhereTheNicheSaysSo) {
       "................................................................................",
   });
   Laser laser = all_around(361);
-  laser.max_range = 8;
+  laser.max_range = 5;
   laser.noise = 0.008;
   FrontEnd front_end({});
   const Pose2 start = corridor.pose('a') * Pose2{8, 0.3, 0};
   double way = 0, worst = 0;
-  for (int i = 0; i < 160; ++i) {
-    const double speed = i % 40 < 20 ? 0.08 : i % 40 < 30 ? 0.0 : -0.03;  // m a scan
+  for (int i = 0; i < 80; ++i) {
+    // m a scan: on, stop, on, back
+    const double speed = i / 10 % 2 == 0 ? 0.12 : i / 20 % 2 == 0 ? 0.0 : -0.06;
     if (i > 0) way += speed;
     laser.seed = i + 1;
     Scan scan = corridor.scan(start * Pose2{way, 0, 0}, laser);
-    scan.time = from_seconds(0.1 * i);
+    scan.time = from_seconds(0.2 * i);
     worst = std::max(worst, off(front_end.add(scan, std::nullopt).T_map_robot, {way, 0, 0}));
   }
   EXPECT_LT(worst, 0.04);
