@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/core.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -26,6 +27,30 @@ constexpr int kMaxNames = 100;
                           std::error_code(code, std::generic_category()).message()));
 }
 
+/// Whether the file behind the descriptor is ours and still has this name: a live writer holds its
+/// lock, a killed one no longer, and one that has finished has given the file its final name.
+bool is_ours(int descriptor, const fs::path& path, bool made_here) {
+  // Where the file system knows no locks nothing is taken over, and what we made is ours.
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) return made_here && errno != EWOULDBLOCK;
+  struct stat opened {}, named {};
+  return ::fstat(descriptor, &opened) == 0 && ::lstat(path.c_str(), &named) == 0 &&
+         opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
+}
+
+/// A new temporary file, or the one that a killed writer left. -1 with errno; EEXIST: it is in use.
+int open_or_take_over(const fs::path& path) {
+  int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  const bool made_here = descriptor >= 0;
+  if (!made_here && errno != EEXIST) return -1;
+  if (!made_here) descriptor = ::open(path.c_str(), O_WRONLY | O_NOFOLLOW | O_CLOEXEC);
+  if (descriptor >= 0) {
+    if (is_ours(descriptor, path, made_here) && ::ftruncate(descriptor, 0) == 0) return descriptor;
+    ::close(descriptor);
+  }
+  errno = EEXIST;
+  return -1;
+}
+
 }  // namespace
 
 AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)), target_(path_) {
@@ -42,15 +67,20 @@ AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)), target_(path_) {
     if (descriptor_ < 0) throw_error(path_, "open", errno);
     return;
   }
-  // The name is ours alone: two writers of one path do not mix, the later rename wins.
-  for (int i = 0; i < kMaxNames; ++i) {
+  open_temporary();
+}
+
+/// Under a name that is ours alone as long as we live: two writers of one path do not mix, the
+/// later rename wins; what a killed writer left is used again, so that no litter grows.
+void AtomicFile::open_temporary() {
+  int cause = EEXIST;
+  for (int i = 0; i < kMaxNames && cause == EEXIST; ++i) {
     temporary_ = target_;
-    temporary_ += fmt::format(".partial-{}-{}", ::getpid(), i);
-    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    temporary_ += fmt::format(".partial-{}", i);
+    descriptor_ = open_or_take_over(temporary_);
     if (descriptor_ >= 0) return;
-    if (errno != EEXIST) break;
+    cause = errno;
   }
-  const int cause = errno;
   temporary_.clear();
   throw_error(path_, "write", cause);
 }

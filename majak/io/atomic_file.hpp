@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // AtomicFile: a file that appears under its name whole or not at all. Bytes go to a temporary
 // file beside it; commit() flushes it to the disk and renames it. Killed before that, the old
-// file (or none) is what stays.
+// file (or none) is what stays, and the next writer of the path takes the temporary file over.
 //
 //   AtomicFile file(folder / "trajectory.tum");
 //   file.write(line);
@@ -31,6 +31,7 @@ class AtomicFile {
   void commit();
 
  private:
+  void open_temporary();
   void flush();
   void close_file();
   [[noreturn]] void fail(const char* doing) const;

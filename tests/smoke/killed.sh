@@ -23,4 +23,4 @@ for tenth in 1 2 3 4 5 6 7 8 9 10; do
 done
 ok "$majak" map short.log -o killed
 cmp -s whole/trajectory.tum killed/trajectory.tum || fail "the run after the killed ones differs"
-[ -z "$(find killed -name '*.tmp*')" ] || fail "temporary files of killed runs are left: $(ls -a killed)"
+[ -z "$(find killed -name '*.partial*')" ] || fail "temporary files of killed runs are left: $(ls -a killed)"

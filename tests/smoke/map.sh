@@ -11,7 +11,7 @@ for flag in "" --no-odometry; do
   for file in $result_files; do non_empty "result$flag/$file"; done
   poses=$(grep -vc '^#' "result$flag/trajectory.tum")
   [ "$poses" -eq "$scans" ] || fail "$poses poses for $scans scans"
-  [ -z "$(find "result$flag" -name '*.tmp*' -o -name '.*.?*')" ] || fail "temporary files are left"
+  [ -z "$(find "result$flag" -name '*.partial*' -o -name '.*.?*')" ] || fail "temporary files are left"
   ok "$majak" evaluate "result$flag" --truth in-log --json
   # The median: without odometry nothing tells of the way along a bare corridor (scans marked degraded).
   median=$(sed -n '/"ate"/,/"rotation_deg"/ s/.*"median": \([0-9.e-]*\).*/\1/p' out | head -n 1)

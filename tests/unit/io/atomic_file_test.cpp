@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -87,6 +88,24 @@ TEST_F(AtomicFileTest, TwoWritersOfOnePathDoNotMix) {
   second.commit();
   first.commit();
   EXPECT_EQ(content(folder_ / "a"), "first");
+  EXPECT_EQ(files(), 1);
+}
+
+TEST_F(AtomicFileTest, KilledWriterLeavesTheOldFileAndTheNextOneClearsUp) {
+  write_file_atomically(folder_ / "a", "old");
+  for (int i = 0; i < 3; ++i) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      AtomicFile file(folder_ / "a");
+      file.write(std::string(1 << 20, 'x'));
+      ::kill(::getpid(), SIGKILL);
+    }
+    ::waitpid(child, nullptr, 0);
+    EXPECT_EQ(content(folder_ / "a"), "old");
+    EXPECT_EQ(files(), 2);  // the old file and one temporary file, however often
+  }
+  write_file_atomically(folder_ / "a", "new");
+  EXPECT_EQ(content(folder_ / "a"), "new");
   EXPECT_EQ(files(), 1);
 }
 
