@@ -16,18 +16,23 @@ using Kind = CarmenRecord::Kind;
 /// A parser returns nullptr, or what is wrong with the line.
 using Problem = const char*;
 
+constexpr std::size_t kMostBeams = 32768;
+constexpr double kFarthest = 2e7;  // m: half around the Earth; no map projection counts further
 constexpr float kOldMaxRange = 80.0f;  // m: what CARMEN assumes where a message does not say
 constexpr Problem kCutOff = "records cut off before their time stamp; left out";
-constexpr Problem kNoNumber = "records with a missing or unreadable number; left out";
+constexpr Problem kNoNumber = "records with a missing, impossible or unreadable number; left out";
 constexpr Problem kBeamCount = "scans whose number of beams does not fit the line; left out";
 constexpr Problem kSurplus = "records with more words than the message has; left out";
 constexpr Problem kNoBeams = "scans without beams; left out";
+constexpr Problem kNoAngle = "scans that begin more than a turn away from ahead; left out";
+constexpr Problem kTooManyBeams = "scans with more than 32768 beams, as no laser has; left out";
 constexpr Problem kNoFix = "GPS records without a fix; left out";
 
 bool read_pose(Fields& f, Pose2& pose) {
   double theta = 0;
   const bool x = f.number(pose.x), y = f.number(pose.y), t = f.number(theta);
   if (!x || !y || !t || !std::isfinite(pose.x + pose.y + theta)) return false;
+  if (std::abs(pose.x) > kFarthest || std::abs(pose.y) > kFarthest) return false;
   pose.theta = wrap_angle(theta);
   return true;
 }
@@ -97,6 +102,7 @@ Problem read_truth(Fields& f, bool cut_off, CarmenRecord& record) {
 
 Problem read_beam_count(Fields& f, std::size_t& n) {
   if (!f.count(n)) return kBeamCount;
+  if (n > kMostBeams) return kTooManyBeams;
   return n == 0 ? kNoBeams : nullptr;
 }
 
@@ -139,6 +145,7 @@ Problem read_laser_config(Fields& f, double& fov, Scan& scan) {
   const bool ok = f.number(type) && f.number(start) && f.number(fov) && f.number(step) &&
                   f.number(max_range) && f.number(accuracy) && f.number(remission);
   if (!ok || !std::isfinite(start + fov + step + max_range)) return kNoNumber;
+  if (std::abs(start) > 2.0 * kPi) return kNoAngle;
   scan.start_angle = unround(start);
   scan.angle_step = unround(step);
   scan.max_range = max_range > 0 ? static_cast<float>(max_range) : kOldMaxRange;

@@ -26,7 +26,8 @@ const char* parse_decimal_slowly(const char* p, const char* end, double& value) 
 
 namespace {
 
-constexpr std::int64_t kMostSeconds = std::numeric_limits<Time>::max() / kSecond - 1;
+// Half of what fits, so that the difference of any two times fits as well.
+constexpr std::int64_t kMostSeconds = std::numeric_limits<Time>::max() / 2 / kSecond - 1;
 
 /// For "1.07e9": no better than a double can hold.
 const char* parse_time_roughly(const char* p, const char* end, Time& time) {

@@ -169,7 +169,11 @@ TEST(CarmenLine, DamageIsNamed) {
         "FLASER -3 1 2 3", "FLASER 99999999999 1 2 3", "FLASER 3 1 2", "FLASER 3 1 2 3",
         "FLASER 2 1 2 0 0 0 0 0 inf 1 h 1", "FLASER 1 1.0 2.0 3.0 4.0 0 0 0 0 0 0 1 h 1",
         "RAWLASER1 0 0", "RAWLASER1 0 0 0 0 0 0 0 2 1 1 9 1 h 1", "TRUEPOS 1 2 3 4 5",
-        "LASER3 2 1"}) {
+        "LASER3 2 1",
+        // Further away than any place on Earth; beams that begin beyond a full turn.
+        "ODOM 3e7 2 3 0 0 0 1 h 1", "FLASER 1 2.0 0 0 0 0 -1e15 0 1 h 1",
+        "RAWLASER1 0 1e300 3.14 0.01 80 0 0 1 2.0 0 1 h 1",
+        "RAWLASER1 0 -6.3 3.14 0.01 80 0 0 1 2.0 0 1 h 1"}) {
     const auto r = parse(line);
     EXPECT_EQ(r.kind, Kind::damaged) << line;
     ASSERT_NE(r.problem, nullptr) << line;
@@ -183,6 +187,14 @@ TEST(CarmenLine, BadRangesAreMarkedAndCounted) {
   EXPECT_EQ(ranges[0], 1.0f);
   for (std::size_t i = 1; i < 7; ++i) EXPECT_TRUE(std::isnan(ranges[i])) << i;
   EXPECT_EQ(r.bad_ranges, 4) << "a plain zero is the sensor's own word for no measurement";
+}
+
+TEST(CarmenLine, MoreBeamsThanAnyLaserHasAreDamage) {
+  const std::string config = "0 -1.570796 3.141593 0.0001 80 0.01 0";
+  EXPECT_EQ(parse(robot_laser(config, 32768)).kind, Kind::event);
+  const auto r = parse(robot_laser(config, 32769));
+  ASSERT_EQ(r.kind, Kind::damaged);
+  EXPECT_NE(std::string(r.problem).find("32768 beams"), std::string::npos) << r.problem;
 }
 
 TEST(CarmenLine, TheTrailerMayBeShortOrLong) {

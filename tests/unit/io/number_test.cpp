@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -69,7 +70,7 @@ TEST(ParseDecimal, GivesTheBitsOfStrtodOnRandomNumbers) {
     if (after > 0) text += '.';
     for (std::uint64_t k = 0; k < after; ++k) text += static_cast<char>('0' + random.below(10));
     if (random.below(20) == 0)
-      text += "e" + std::to_string(static_cast<int>(random.below(40)) - 20);
+      text.append("e").append(std::to_string(static_cast<int>(random.below(40)) - 20));
     expect_like_strtod(text);
   }
 }
@@ -132,6 +133,16 @@ TEST(ParseTime, TakesExponentsAsWellAsADoubleCan) {
 TEST(ParseTime, RefusesWhatIsNoTimeOrTooLong) {
   for (const std::string text :
        {"", "-", ".", "nohost", "nan", "inf", "99999999999", "1e300", "9223372037"}) {
+    Time time = 0;
+    EXPECT_EQ(parse_time(text.data(), text.data() + text.size(), time), nullptr) << text;
+  }
+}
+
+TEST(ParseTime, TheDifferenceOfAnyTwoFits) {
+  const Time latest = time_of_text("4611686016.999999999"), earliest = -latest;
+  EXPECT_EQ(time_of_text("-4611686016.999999999"), earliest);
+  EXPECT_LE(latest, std::numeric_limits<Duration>::max() + earliest);
+  for (const std::string text : {"4611686018", "-4611686018", "4.7e9", "-4.7e9", "9.2e9"}) {
     Time time = 0;
     EXPECT_EQ(parse_time(text.data(), text.data() + text.size(), time), nullptr) << text;
   }
