@@ -9,6 +9,7 @@
 #include <ctime>
 #include <filesystem>
 #include <memory>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
@@ -99,7 +100,15 @@ std::string effective_options(MapOptions& o) {
   return io::options_toml(fields);
 }
 
-Site make_site(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
+Site finish(slam::GraphSlam& slam, const std::string& log) {
+  try {
+    return slam.finish();
+  } catch (const Error& e) {  // it does not know whose scans these are
+    throw Error(fmt::format("{}: {}", log, e.what()));
+  }
+}
+
+Site map_log(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
   const auto source = io::open_log(o.log);
   slam::GraphSlam slam(o.slam, threads);
   Progress progress;
@@ -112,11 +121,22 @@ Site make_site(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
   stopwatch.lap("read_and_match");
   progress.show("closing loops and refining", scans);
   if (scans == 0) throw Error(fmt::format("{}: no laser scans in this log; majak info tells what is in it", o.log));
-  Site site = slam.finish();
+  Site site = finish(slam, o.log);
   for (const auto& [what, entry] : source->report().entries()) site.report.add(what, entry);
   site.source_name = fs::path(o.log).filename().string();
   stopwatch.lap("refine");
   return site;
+}
+
+Site make_site(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
+  try {
+    return map_log(o, threads, stopwatch);
+  } catch (const std::bad_alloc&) {
+    throw Error(fmt::format(
+        "{}: the map of this log does not fit into the memory; where odometry jumps, --no-odometry "
+        "maps with the laser alone",
+        o.log));
+  }
 }
 
 void write_results(const MapOptions& o, const Site& site, Stopwatch& stopwatch, std::string& summary) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <climits>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -40,7 +41,45 @@ std::uint8_t trinary(std::int16_t stored) {
   return log_odds >= occupied ? kOccupiedValue : log_odds < 0 ? kFreeValue : kUnknownValue;
 }
 
-/// kUnknown is the least int16, so the maximum is "the most occupied known one".
+/// The tiles that exist in one row of tiles, so that the empty ground of a wide map costs nothing.
+struct TileRow {
+  struct Tile {
+    int x0;  ///< its first cell
+    const std::int16_t* cells;
+  };
+  int ty = INT_MIN;
+  std::vector<Tile> tiles;
+
+  void find(const OccupancyGrid& grid, int wanted_ty, int x_begin, int x_end) {
+    if (wanted_ty == ty) return;
+    ty = wanted_ty;
+    tiles.clear();
+    for (int tx = x_begin >> OccupancyGrid::kTileBits; tx << OccupancyGrid::kTileBits < x_end; ++tx)
+      if (const auto* cells = grid.find_tile(tx, ty))
+        tiles.push_back({tx << OccupancyGrid::kTileBits, cells});
+  }
+};
+
+/// Cells of row iy into the pixels that cover them. kUnknown is the least int16, so the maximum is
+/// "the most occupied known one".
+void merge_row(const TileRow& row, int iy, int x_begin, int x_end, int cells_per_pixel,
+               std::vector<std::int16_t>& best) {
+  const std::ptrdiff_t y_in_tile = iy & (OccupancyGrid::kTileSize - 1);
+  for (const TileRow::Tile& tile : row.tiles) {
+    const std::int16_t* cells = tile.cells + y_in_tile * OccupancyGrid::kTileSize;
+    const int begin = std::max(tile.x0, x_begin);
+    const int end = std::min(tile.x0 + OccupancyGrid::kTileSize, x_end);
+    auto pixel = best.begin() + (begin - x_begin) / cells_per_pixel;
+    int part = (begin - x_begin) % cells_per_pixel;
+    for (int ix = begin; ix < end; ++ix) {
+      *pixel = std::max(*pixel, cells[ix - tile.x0]);
+      if (++part < cells_per_pixel) continue;
+      part = 0;
+      ++pixel;
+    }
+  }
+}
+
 template <class ToValue>
 Image render(const OccupancyGrid& grid, const MapFrame& frame, ToValue to_value) {
   std::vector<std::uint8_t> values(1U << 16);
@@ -49,17 +88,15 @@ Image render(const OccupancyGrid& grid, const MapFrame& frame, ToValue to_value)
   }
   Image image(frame.width, frame.height, 1);
   const int n = frame.cells_per_pixel;
-  std::vector<std::int16_t> cells(static_cast<std::size_t>(frame.width) *
-                                  static_cast<std::size_t>(n));
+  const int x_begin = frame.box.x0, x_end = frame.box.x0 + frame.box.width;
+  TileRow row;
   std::vector<std::int16_t> best(static_cast<std::size_t>(frame.width));
   for (int y = 0; y < frame.height; ++y) {
     std::fill(best.begin(), best.end(), OccupancyGrid::kUnknown);
     for (int sub = 0; sub < n; ++sub) {
-      grid.copy_row(frame.box.x0, frame.box.y0 + y * n + sub, frame.width * n, cells.data());
-      for (std::size_t i = 0; i < cells.size(); ++i) {
-        std::int16_t& pixel = best[i / static_cast<std::size_t>(n)];
-        pixel = std::max(pixel, cells[i]);
-      }
+      const int iy = frame.box.y0 + y * n + sub;
+      row.find(grid, iy >> OccupancyGrid::kTileBits, x_begin, x_end);
+      merge_row(row, iy, x_begin, x_end, n, best);
     }
     std::transform(best.begin(), best.end(), image.row(frame.height - 1 - y),
                    [&](std::int16_t v) { return values[static_cast<std::uint16_t>(v)]; });

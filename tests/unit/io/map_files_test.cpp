@@ -3,11 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 
 #include "majak/core/error.hpp"
+#include "majak/core/random.hpp"
 
 namespace majak::io {
 namespace {
@@ -129,6 +131,39 @@ TEST(MapFiles, MakeLargeMapsCoarserWithoutLosingWalls) {
     for (int y = 0; y < frame.height; ++y) walls += image.row(y)[x] == 0;
     EXPECT_EQ(walls, 1) << x;
   }
+}
+
+TEST(MapFiles, EveryPixelIsTheMostOccupiedOfItsCells) {
+  OccupancyGrid grid(0.1);
+  RandomStream random(5);
+  for (int i = 0; i < 400; ++i) {  // a few tiles, most of the ground unknown
+    const int x = static_cast<int>(random.below(900)) - 500, y = static_cast<int>(random.below(500));
+    grid.set_log_odds(x, y - 300, random.uniform() < 0.5 ? -1.0F : 4.0F);
+  }
+  for (const std::size_t most : {std::size_t{1} << 20, std::size_t{50'000}, std::size_t{900}}) {
+    const MapFrame f = frame_of(grid, most);
+    const Image image = trinary_map(grid, f);
+    for (int py = 0; py < f.height; ++py) {
+      for (int px = 0; px < f.width; ++px) {
+        int expected = 205;
+        for (int i = 0; i < f.cells_per_pixel * f.cells_per_pixel; ++i) {
+          const int x = f.box.x0 + px * f.cells_per_pixel + i % f.cells_per_pixel;
+          const int y = f.box.y0 + py * f.cells_per_pixel + i / f.cells_per_pixel;
+          if (grid.known(x, y) && expected != 0) expected = grid.log_odds(x, y) > 0 ? 0 : 254;
+        }
+        ASSERT_EQ(image.row(f.height - 1 - py)[px], expected) << px << ' ' << py;
+      }
+    }
+  }
+}
+
+TEST(MapFiles, EmptyGroundBetweenFarPlacesCostsNothing) {
+  OccupancyGrid grid(0.05);
+  grid.set_log_odds(0, 0, 4);
+  grid.set_log_odds(200'000, 200'000, 4);  // 10 km off: 4e10 cells between them
+  const MapFrame frame = frame_of(grid, 10'000);
+  const Image image = trinary_map(grid, frame);
+  EXPECT_EQ(std::count(image.pixels.begin(), image.pixels.end(), 0), 2);
 }
 
 TEST(MapFiles, OfAnEmptyMapAreSmallAndUnknown) {
