@@ -52,6 +52,7 @@ class SurfelMap {
   std::size_t bytes() const;
 
  private:
+  static constexpr int kMostSides = 3;  // beside the first, in one place
   static constexpr int kTileBits = 4;
   static constexpr int kTileSize = 1 << kTileBits;
   static constexpr float kShift = 65536;  // makes coordinates positive, where truncation is floor
@@ -62,6 +63,7 @@ class SurfelMap {
   static std::size_t in_tile(int ix, int iy) {
     return static_cast<std::size_t>(((iy & (kTileSize - 1)) << kTileBits) | (ix & (kTileSize - 1)));
   }
+  void merge(std::uint32_t index, float x, float y, float nx, float ny);
   void stamp(std::uint32_t index);
   std::size_t tile_begin(int tile_x, int tile_y);
   void grow(int tile_x, int tile_y);
@@ -74,7 +76,8 @@ class SurfelMap {
   std::vector<std::uint32_t> nearest_;  // surfel of each cell, tile by tile
   std::vector<float> distance2_;        // m^2, from it to the cell's centre
   std::vector<Surfel> surfels_;
-  std::vector<float> count_;            // merged points of each surfel
+  std::vector<float> count_;           // merged points of each surfel
+  std::vector<std::uint32_t> behind_;  // another side of the same place, or kNone
 };
 
 }  // namespace majak::map

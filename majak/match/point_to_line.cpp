@@ -13,7 +13,7 @@
 namespace majak::match {
 namespace {
 
-constexpr double kNormalNoise2 = 1.2e-3;  // rad^2, variance of a surfel's normal
+constexpr double kNormalNoise2 = 3e-3;  // rad^2, variance of a surfel's normal
 constexpr int kLanes = 8;  // sums are kept in lanes, in the same order whatever the vector unit
 
 // Sums of one Gauss-Newton iteration, in the map's axes about the robot.
@@ -176,7 +176,7 @@ Match align(const ScanPoints& points, const map::SurfelMap& map, const PosePrior
     if (sum.inliers < 3) break;
     const Mat3 s = without_normal_noise(sum.hessian);
     sum.hessian = s * sum.hessian * s;
-    sum.gradient = s * sum.gradient;
+    sum.gradient = s * (s * sum.gradient);
     const Pose2& at = match.T_map_robot;
     const Vec3 off(at.x - prior.T_map_robot.x, at.y - prior.T_map_robot.y,
                    angle_diff(at.theta, prior.T_map_robot.theta));

@@ -7,14 +7,16 @@
 namespace majak::match {
 namespace {
 
-void project(const Scan& scan, const ScanPointsOptions& options, const BeamDirections& directions, ScanPoints& points,
-             std::vector<int>& beams) {
+void project(const Scan& scan, const ScanPointsOptions& options, const BeamDirections& directions,
+             ScanPoints& points, std::vector<int>& beams) {
   const std::size_t n = scan.ranges.size();
   points.x.resize(n);
   points.y.resize(n);
   beams.resize(n);
-  const auto low = static_cast<float>(options.min_range), high = static_cast<float>(options.max_range);
-  const auto lx = static_cast<float>(scan.T_robot_laser.x), ly = static_cast<float>(scan.T_robot_laser.y);
+  const auto low = static_cast<float>(options.min_range),
+             high = static_cast<float>(options.max_range);
+  const auto lx = static_cast<float>(scan.T_robot_laser.x),
+             ly = static_cast<float>(scan.T_robot_laser.y);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const float range = scan.ranges[i];
@@ -30,15 +32,13 @@ void project(const Scan& scan, const ScanPointsOptions& options, const BeamDirec
 
 struct LineFit {
   float sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0, n = 0;
-  void add(float x, float y) {
-    sx += x, sy += y, sxx += x * x, sxy += x * y, syy += y * y, n += 1;
-  }
+  void add(float x, float y) { sx += x, sy += y, sxx += x * x, sxy += x * y, syy += y * y, n += 1; }
 };
 
 // Neighbours on one side, as long as they follow one another on the same surface.
 template <class Visit>
-void walk(const ScanPoints& points, const std::vector<int>& beams, int i, int direction, float window,
-          float gap, const Visit& visit) {
+void walk(const ScanPoints& points, const std::vector<int>& beams, int i, int direction,
+          float window, float gap, const Visit& visit) {
   const int n = static_cast<int>(beams.size());
   int last = i;
   for (int k = i + direction, count = 0; k >= 0 && k < n; k += direction) {
@@ -73,7 +73,8 @@ ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool 
   return scan_points(scan, options, with_normals, directions);
 }
 
-ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool with_normals, BeamDirections& directions) {
+ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool with_normals,
+                       BeamDirections& directions) {
   ScanPoints points;
   std::vector<int> beams;
   directions.update(scan);
@@ -85,11 +86,13 @@ ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool 
   points.ny.assign(n, 0.0F);
   points.target.assign(n, 0);
   const auto window = static_cast<float>(options.normal_window);
-  const auto lx = static_cast<float>(scan.T_robot_laser.x), ly = static_cast<float>(scan.T_robot_laser.y);
+  const auto lx = static_cast<float>(scan.T_robot_laser.x),
+             ly = static_cast<float>(scan.T_robot_laser.y);
   for (int i = 0; i < n; ++i) {
     const float rx = points.x[i] - lx, ry = points.y[i] - ly;
     const float range = std::sqrt(rx * rx + ry * ry);
-    // A wall seen at 75 degrees of incidence spaces its returns four times wider than one seen square.
+    // A wall seen at 75 degrees of incidence spaces its returns four times wider than one seen
+    // square.
     const float gap = std::max(0.10F, 4.0F * range * static_cast<float>(scan.angle_step));
     LineFit fit;
     fit.add(0, 0);
@@ -98,7 +101,8 @@ ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool 
     walk(points, beams, i, +1, window, gap, add);
     if (fit.n < 3) continue;
     const float mx = fit.sx / fit.n, my = fit.sy / fit.n;
-    const float cxx = fit.sxx / fit.n - mx * mx, cyy = fit.syy / fit.n - my * my, cxy = fit.sxy / fit.n - mx * my;
+    const float cxx = fit.sxx / fit.n - mx * mx, cyy = fit.syy / fit.n - my * my,
+                cxy = fit.sxy / fit.n - mx * my;
     const float half_trace = 0.5F * (cxx + cyy), half_diff = 0.5F * (cxx - cyy);
     const float root = std::sqrt(half_diff * half_diff + cxy * cxy);
     const float large = half_trace + root, small = std::max(half_trace - root, 0.0F);
@@ -127,7 +131,8 @@ ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool 
 }
 
 void add_to(map::SurfelMap& map, const ScanPoints& points, const Pose2& T_map_robot) {
-  const auto c = static_cast<float>(std::cos(T_map_robot.theta)), s = static_cast<float>(std::sin(T_map_robot.theta));
+  const auto c = static_cast<float>(std::cos(T_map_robot.theta)),
+             s = static_cast<float>(std::sin(T_map_robot.theta));
   const auto px = static_cast<float>(T_map_robot.x), py = static_cast<float>(T_map_robot.y);
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!points.target[i]) continue;

@@ -17,8 +17,8 @@ struct ScanPoints {
   /// Unit normals. (0, 0): a small thing without a surface (a leg, a trunk), a point to be met
   /// itself; or a stray return of which nothing is known, see `target`.
   std::vector<float> nx, ny;
-  /// May others be matched to it? Not to a stray return: along a wall seen at a flat angle these lie
-  /// a metre apart, and matching points to them would hold the robot where it was.
+  /// May others be matched to it? Not to a stray return: along a wall seen at a flat angle these
+  /// lie a metre apart, and matching points to them would hold the robot where it was.
   std::vector<std::uint8_t> target;
 
   std::size_t size() const { return x.size(); }
@@ -42,7 +42,8 @@ struct BeamDirections {
 };
 
 /// Returns of `scan` as points. `with_normals` costs a line fit a point.
-ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool with_normals, BeamDirections& directions);
+ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool with_normals,
+                       BeamDirections& directions);
 ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool with_normals);
 
 /// Merges points with normals into `map`, seen from T_map_robot.

@@ -12,7 +12,7 @@ namespace {
 constexpr double kShared =
     0.25;  // of a match's information: returns of one wall share their errors
 const Vec3 kMatchFloor(4e-6, 4e-6, 1e-6);  // m^2, rad^2
-const Vec3 kDrift(2e-6, 2e-6, 5e-7);  // m^2, rad^2 for a key scan: the local map's own random walk
+const Vec3 kDrift(5e-7, 5e-7, 3e-7);  // m^2, rad^2 for a key scan: the local map's own random walk
 const Vec3 kWeakStep(0.04, 0.04, 0.04);     // m^2, rad^2
 constexpr double kLoose = 0.05;             // m; what comes after a match known worse hangs on it
 const Vec3 kMotionFloor(1e-6, 1e-6, 1e-6);  // m^2, rad^2

@@ -34,7 +34,8 @@ FrontEndStep FrontEnd::add(const Scan& scan, const std::optional<MotionPrior>& m
   FrontEndStep step;
   const auto points = match::scan_points(scan, options_.points, false, directions_);
   const Pose2 previous = pose_;
-  if (started_ && points.size() >= 10) {
+  const bool matched = started_ && points.size() >= 10;
+  if (matched) {
     const MotionPrior prior = motion ? *motion : habit(scan.time);
     predict(prior);
     step.match = track(points, prior);
@@ -60,10 +61,10 @@ FrontEndStep FrontEnd::add(const Scan& scan, const std::optional<MotionPrior>& m
     pose_ = pose_ * motion->T_previous_robot;
     predict(*motion);
   }
-  if (poor_ == 0) {
-    habit_.observe(between(previous, pose_), scan.time - last_time_, !step.searched);
-  } else {
+  if (!matched || poor_ > 0) {
     habit_.forget();
+  } else if (!slid_) {  // sliding is a correction, not a motion to go on with
+    habit_.observe(between(previous, pose_), scan.time - last_time_, !step.searched);
   }
   last_time_ = scan.time;
   step.T_map_robot = pose_;
@@ -104,6 +105,7 @@ match::Match FrontEnd::track(const match::ScanPoints& points, const MotionPrior&
   prior.T_map_robot = pose_ * motion.T_previous_robot;
   prior.information = (motion.habit ? kHabit : 1.0) * information_of(motion);
   const match::Match match = match::align(points, active_, prior, options_.align);
+  slid_ = false;
   return motion.habit ? slide(points, match) : match;
 }
 
@@ -111,7 +113,7 @@ match::Match FrontEnd::track(const match::ScanPoints& points, const MotionPrior&
 // are out of the gate nothing pulls back, and the match still looks well. So where a direction is
 // weak and returns are left over, the pose is slid along it to where more of them meet surfaces
 // across it.
-match::Match FrontEnd::slide(const match::ScanPoints& points, const match::Match& tracked) const {
+match::Match FrontEnd::slide(const match::ScanPoints& points, const match::Match& tracked) {
   const int left_over = static_cast<int>(points.size()) - tracked.inliers;
   if (left_over < kSlideGain) return tracked;
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
@@ -135,7 +137,8 @@ match::Match FrontEnd::slide(const match::ScanPoints& points, const match::Match
   prior.information.diagonal() << 400, 400, 400;
   const match::Match slid = match::align(points, active_, prior, options_.align);
   const double gain = slid.inliers - tracked.inliers;
-  return gain >= kSlideGain && gain >= kSlideShare * left_over ? slid : tracked;
+  slid_ = gain >= kSlideGain && gain >= kSlideShare * left_over;
+  return slid_ ? slid : tracked;
 }
 
 match::Match FrontEnd::recover(const match::ScanPoints& points, match::Match tracked,

@@ -62,7 +62,7 @@ class FrontEnd {
   MotionPrior habit(Time now) const;
   void predict(const MotionPrior& motion);
   match::Match track(const match::ScanPoints& points, const MotionPrior& motion);
-  match::Match slide(const match::ScanPoints& points, const match::Match& tracked) const;
+  match::Match slide(const match::ScanPoints& points, const match::Match& tracked);
   match::Match search_window(const match::ScanPoints& points, const match::Match& tracked,
                              const MotionPrior& motion, const match::SearchWindow& window);
   match::Match recover(const match::ScanPoints& points, match::Match tracked,
@@ -81,7 +81,8 @@ class FrontEnd {
   Pose2 pose_, last_key_;
   Habit habit_;
   Time last_time_ = 0;
-  int poor_ = 0;  // scans in a row that did not fit
+  int poor_ = 0;       // scans in a row that did not fit
+  bool slid_ = false;  // the newest match was slid along a weak direction
   bool started_ = false;
   match::BeamDirections directions_;
 };

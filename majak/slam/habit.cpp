@@ -18,6 +18,11 @@ double sigma_of(double square) { return kWiden * std::clamp(std::sqrt(square), k
 
 }  // namespace
 
+Habit::Habit() {
+  translation2_.fill(kFirst);
+  rotation2_.fill(kFirst);
+}
+
 // By scan from the last motion, by scan from the mean; by time from the last, by time from the
 // mean.
 std::array<Vec3, 4> Habit::candidates(double time) const {
@@ -55,7 +60,7 @@ void Habit::observe(const Pose2& T_previous_robot, Duration time, bool trusted) 
     for (std::size_t i = 0; i < all.size(); ++i) {
       const Pose2 error = between(exp(all[i]), T_previous_robot);
       const auto learn = [](double& square, double e2) {
-        square = (square > 0 ? square : kFirst) * (1 - kMemory) + kMemory * e2;
+        square = square * (1 - kMemory) + kMemory * e2;
       };
       learn(translation2_[i], std::min(0.5 * error.translation().squaredNorm(), kFirst));
       learn(rotation2_[i], std::min(error.theta * error.theta, kFirst));

@@ -14,6 +14,7 @@ namespace majak::slam {
 
 class Habit {
  public:
+  Habit();
   struct Prediction {
     Pose2 T_previous_robot;
     double sigma_translation = 0;  ///< m, of each axis
@@ -39,7 +40,7 @@ class Habit {
 
   std::array<Motion, kKept> motions_{};  // the newest first
   std::size_t count_ = 0;
-  std::array<double, 4> translation2_{}, rotation2_{};  // mean square errors of the candidates
+  std::array<double, 4> translation2_, rotation2_;  // mean square errors of the candidates
 };
 
 }  // namespace majak::slam

@@ -73,7 +73,7 @@ std::optional<graph::Edge> pair_edge(std::size_t j, std::size_t i, const PairSum
   if (sum.inliers < kLeastInliers) return std::nullopt;
   const Mat3 s = match::without_normal_noise(sum.h);
   const Mat3 h = s * sum.h * s / (sigma * sigma);
-  const Vec3 step = -(h + 1e-1 * Mat3::Identity()).llt().solve(s * sum.b / (sigma * sigma));
+  const Vec3 step = -(h + 1e-1 * Mat3::Identity()).llt().solve(s * (s * sum.b) / (sigma * sigma));
   return graph::Edge{static_cast<int>(j), static_cast<int>(i), T_j_i * exp(step),
                      0.5 * (h + h.transpose()), false};
 }

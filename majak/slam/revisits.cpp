@@ -10,7 +10,7 @@
 namespace majak::slam {
 namespace {
 
-constexpr std::size_t kSameVisit = 12;  // key scans; nearer ones made the local map anyway
+constexpr std::size_t kSameVisit = 20;  // key scans; nearer ones made the local map anyway
 constexpr std::size_t kSameStop = 5;    // key scans; so near to each other they tell the same
 
 // Key scans by square of the ground.

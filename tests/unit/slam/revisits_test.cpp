@@ -60,7 +60,7 @@ Partners slow_revisits(const KeyScans& keys, const LoopCloser& loops, const Revi
   Partners all(keys.size());
   for (std::size_t i = 0; i < keys.size(); ++i) {
     std::vector<std::pair<double, std::size_t>> ranked;
-    for (std::size_t j = 0; j + 12 <= i; ++j)
+    for (std::size_t j = 0; j + 20 <= i; ++j)
       if (far(keys, i, j) <= o.reach &&
           loops.ways().from(loops.submap_of(i))[loops.submap_of(j)] <= o.known_way)
         ranked.push_back({rank(keys, i, j), j});

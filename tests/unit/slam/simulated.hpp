@@ -63,6 +63,34 @@ PathError error_of(const Site& site, const PoseOf& pose_of) {
   error.rms = std::sqrt(error.rms);
   return error;
 }
+/// The same when the whole paths are laid upon each other: a first pose that is a little turned
+/// does not count for all the others.
+template <class PoseOf>
+PathError shape_error_of(const Site& site, const PoseOf& pose_of) {
+  std::map<Time, Pose2> truth;
+  for (const Truth& t : site.truth) truth[t.time] = t.T_world_robot;
+  Vec2 mean_here = Vec2::Zero(), mean_there = Vec2::Zero();
+  for (const PosedScan& s : site.scans) {
+    mean_here += pose_of(s).translation() / static_cast<double>(site.scans.size());
+    mean_there += truth.at(s.scan.time).translation() / static_cast<double>(site.scans.size());
+  }
+  double c = 0, s = 0;
+  for (const PosedScan& p : site.scans) {
+    const Vec2 a = pose_of(p).translation() - mean_here;
+    const Vec2 b = truth.at(p.scan.time).translation() - mean_there;
+    c += a.dot(b), s += a.x() * b.y() - a.y() * b.x();
+  }
+  const Pose2 turn{0, 0, std::atan2(s, c)};
+  PathError error;
+  for (const PosedScan& p : site.scans) {
+    const Vec2 off = turn * Vec2(pose_of(p).translation() - mean_here) -
+                     (truth.at(p.scan.time).translation() - mean_there);
+    error.rms += off.squaredNorm() / static_cast<double>(site.scans.size());
+    error.worst = std::max(error.worst, off.norm());
+  }
+  error.rms = std::sqrt(error.rms);
+  return error;
+}
 inline PathError error_of(const Site& site) {
   return error_of(site, [](const PosedScan& s) { return s.estimate.T_map_robot; });
 }
