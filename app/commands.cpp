@@ -21,7 +21,8 @@ class FirstLines : public CLI::Formatter {
   std::string make_subcommand(const CLI::App* command) const override {
     const std::string all = command->get_description();
     std::stringstream out;
-    CLI::detail::format_help(out, command->get_name(), all.substr(0, all.find('\n')), column_width_);
+    CLI::detail::format_help(out, command->get_name(), all.substr(0, all.find('\n')),
+                             column_width_);
     return out.str();
   }
 };

@@ -120,7 +120,9 @@ Site map_log(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
   }
   stopwatch.lap("read_and_match");
   progress.show("closing loops and refining", scans);
-  if (scans == 0) throw Error(fmt::format("{}: no laser scans in this log; majak info tells what is in it", o.log));
+  if (scans == 0)
+    throw Error(
+        fmt::format("{}: no laser scans in this log; majak info tells what is in it", o.log));
   Site site = finish(slam, o.log);
   for (const auto& [what, entry] : source->report().entries()) site.report.add(what, entry);
   site.source_name = fs::path(o.log).filename().string();
@@ -139,11 +141,13 @@ Site make_site(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
   }
 }
 
-void write_results(const MapOptions& o, const Site& site, Stopwatch& stopwatch, std::string& summary) {
+void write_results(const MapOptions& o, const Site& site, Stopwatch& stopwatch,
+                   std::string& summary) {
   const fs::path folder = o.output;
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) throw Error(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
+  if (error)
+    throw Error(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
   const auto grid = map::build_occupancy_grid(site, o.grid);
   stopwatch.lap("grid");
   io::write_map_files(folder, grid);
@@ -162,17 +166,19 @@ void write_results(const MapOptions& o, const Site& site, Stopwatch& stopwatch, 
 
 void print_result(const MapOptions& o, const Site& site) {
   const auto count = [&](Health h) {
-    return std::count_if(site.scans.begin(), site.scans.end(), [&](const PosedScan& s) { return s.estimate.health == h; });
+    return std::count_if(site.scans.begin(), site.scans.end(),
+                         [&](const PosedScan& s) { return s.estimate.health == h; });
   };
-  const auto closures = std::count_if(site.constraints.begin(), site.constraints.end(), [](const Constraint& c) {
-    return c.kind == ConstraintKind::closure && c.enabled;
-  });
+  const auto closures = std::count_if(
+      site.constraints.begin(), site.constraints.end(),
+      [](const Constraint& c) { return c.kind == ConstraintKind::closure && c.enabled; });
   fmt::print("{} scans placed, {} loop closures", site.scans.size(), closures);
   if (const auto n = count(Health::degraded); n > 0) fmt::print(", {} scans degraded", n);
   if (const auto n = count(Health::lost); n > 0) fmt::print(", {} scans lost", n);
   fmt::print("\n");
   for (const auto& [what, entry] : site.report.entries())
-    fmt::print("  {} x {}{}\n", entry.count, what, entry.first_line > 0 ? fmt::format(" (first: line {})", entry.first_line) : "");
+    fmt::print("  {} x {}{}\n", entry.count, what,
+               entry.first_line > 0 ? fmt::format(" (first: line {})", entry.first_line) : "");
   fmt::print("report:  {}\n", (fs::path(o.output) / "report.html").string());
   fmt::print("picture: {}\n", (fs::path(o.output) / "map.png").string());
 }
@@ -198,11 +204,16 @@ void run_map(MapOptions& o) {
 void add_map(CLI::App& app) {
   auto o = std::make_shared<MapOptions>();
   CLI::App* command = app.add_subcommand("map", kHelp);
-  command->add_option("LOG", o->log, "a log: CARMEN (plain, .gz, .bz2) or a Victoria Park folder")->required();
-  command->add_option("-o,--output", o->output, "folder for the results (default: the log's name + -map)");
+  command->add_option("LOG", o->log, "a log: CARMEN (plain, .gz, .bz2) or a Victoria Park folder")
+      ->required();
+  command->add_option("-o,--output", o->output,
+                      "folder for the results (default: the log's name + -map)");
   command->add_flag("--no-odometry", o->no_odometry, "use the laser alone");
   command->add_flag("--no-loops", o->no_loops, "do not recognise places seen before");
-  command->add_option("--threads", o->threads, "threads to use (default: all); the results do not depend on it")->check(CLI::Range(1, 1024));
+  command
+      ->add_option("--threads", o->threads,
+                   "threads to use (default: all); the results do not depend on it")
+      ->check(CLI::Range(1, 1024));
   command->add_option("--options", o->options_file, "options.toml of a run");
   command->add_option("--set", o->set, "one option: name=value");
   command->add_flag("--json", o->json, "print summary.json");

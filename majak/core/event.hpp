@@ -22,17 +22,19 @@ inline constexpr float kInvalidRange = std::numeric_limits<float>::quiet_NaN();
 /// One turn of a 2-D laser. Beam i points to start_angle + i * angle_step in the laser's frame
 /// (x ahead, counter-clockwise positive) and was fired at time + beam_time(i).
 struct Scan {
-  Time time = 0;             ///< the log's own stamp
-  double start_angle = 0;    ///< rad, direction of beam 0
-  double angle_step = 0;     ///< rad between neighbouring beams
-  float max_range = 0;       ///< m; returns lie strictly below
-  Pose2 T_robot_laser;       ///< mounting
-  int laser = 0;             ///< 0 front, 1 rear, ... as the log numbers them
-  std::vector<float> ranges; ///< m; kNoReturn and kInvalidRange are not finite
-  std::vector<float> intensities;       ///< raw units, empty or one a beam
-  std::optional<Pose2> T_odom_robot;    ///< odometry that the log states in the scan's own record
+  Time time = 0;                      ///< the log's own stamp
+  double start_angle = 0;             ///< rad, direction of beam 0
+  double angle_step = 0;              ///< rad between neighbouring beams
+  float max_range = 0;                ///< m; returns lie strictly below
+  Pose2 T_robot_laser;                ///< mounting
+  int laser = 0;                      ///< 0 front, 1 rear, ... as the log numbers them
+  std::vector<float> ranges;          ///< m; kNoReturn and kInvalidRange are not finite
+  std::vector<float> intensities;     ///< raw units, empty or one a beam
+  std::optional<Pose2> T_odom_robot;  ///< odometry that the log states in the scan's own record
 
-  double angle(std::size_t beam) const { return start_angle + static_cast<double>(beam) * angle_step; }
+  double angle(std::size_t beam) const {
+    return start_angle + static_cast<double>(beam) * angle_step;
+  }
 };
 
 /// The robot's own dead reckoning.

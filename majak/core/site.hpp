@@ -18,11 +18,11 @@ namespace majak {
 /// A scan and what is known of where it was taken, in log order.
 struct PosedScan {
   Scan scan;
-  Estimate estimate;              ///< final pose of the robot at the scan, covariance, health
-  Pose2 T_map_robot_front_end;    ///< the pose before loop closing
+  Estimate estimate;                  ///< final pose of the robot at the scan, covariance, health
+  Pose2 T_map_robot_front_end;        ///< the pose before loop closing
   std::optional<Pose2> T_odom_robot;  ///< odometry at the scan's time, mended
-  bool key = false;               ///< a node of the graph; the others hang on their key scan
-  float match_score = 0;          ///< share of beams that fit the map, 0 ... 1
+  bool key = false;                   ///< a node of the graph; the others hang on their key scan
+  float match_score = 0;              ///< share of beams that fit the map, 0 ... 1
 };
 
 enum class ConstraintKind : std::uint8_t { odometry, match, closure };
@@ -49,13 +49,13 @@ struct Learnt {
 
 /// What the log says about its own odometry and mounting (see motion/odometry_model).
 struct OdometryFindings {
-  Learnt lag_s;               ///< the odometry is this much later than the laser (s)
-  Learnt translation_scale;   ///< true distance = scale * odometry's
+  Learnt lag_s;              ///< the odometry is this much later than the laser (s)
+  Learnt translation_scale;  ///< true distance = scale * odometry's
   Learnt rotation_scale;
   Learnt laser_x_m, laser_y_m, laser_theta_rad;  ///< T_robot_laser
   std::int64_t reversed_records = 0;  ///< odometry records that state the wrong direction of travel
-  double translation_noise = 0;  ///< m per sqrt(m), after mending
-  double rotation_noise = 0;     ///< rad per sqrt(rad), after mending
+  double translation_noise = 0;       ///< m per sqrt(m), after mending
+  double rotation_noise = 0;          ///< rad per sqrt(rad), after mending
 };
 
 struct Site {

@@ -32,7 +32,8 @@ constexpr int kMaxNames = 100;
 bool is_ours(int descriptor, const fs::path& path, bool made_here) {
   // Where the file system knows no locks nothing is taken over, and what we made is ours.
   if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) return made_here && errno != EWOULDBLOCK;
-  struct stat opened {}, named {};
+  struct stat opened {
+  }, named{};
   return ::fstat(descriptor, &opened) == 0 && ::lstat(path.c_str(), &named) == 0 &&
          opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
 }

@@ -17,7 +17,7 @@ using Kind = CarmenRecord::Kind;
 using Problem = const char*;
 
 constexpr std::size_t kMostBeams = 32768;
-constexpr double kFarthest = 2e7;  // m: half around the Earth; no map projection counts further
+constexpr double kFarthest = 2e7;      // m: half around the Earth; no map projection counts further
 constexpr float kOldMaxRange = 80.0f;  // m: what CARMEN assumes where a message does not say
 constexpr Problem kCutOff = "records cut off before their time stamp; left out";
 constexpr Problem kNoNumber = "records with a missing, impossible or unreadable number; left out";

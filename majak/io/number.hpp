@@ -55,8 +55,8 @@ inline const char* parse_decimal(const char* p, const char* end, double& value) 
 }
 
 /// Seconds at p as exact nanoseconds, from the decimal digits themselves; a tenth decimal rounds.
-/// Returns nullptr when there is no number or it is more than 146 years away from zero; the difference
-/// of two times so read fits a Duration.
+/// Returns nullptr when there is no number or it is more than 146 years away from zero; the
+/// difference of two times so read fits a Duration.
 const char* parse_time(const char* p, const char* end, Time& time);
 
 /// A line, word by word.

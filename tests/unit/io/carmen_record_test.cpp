@@ -168,8 +168,7 @@ TEST(CarmenLine, DamageIsNamed) {
         "ODOM 1 2 3 0 0 0 nohost", "FLASER", "FLASER x 1 2", "FLASER 0 0 0 0 0 0 0 1 h 1",
         "FLASER -3 1 2 3", "FLASER 99999999999 1 2 3", "FLASER 3 1 2", "FLASER 3 1 2 3",
         "FLASER 2 1 2 0 0 0 0 0 inf 1 h 1", "FLASER 1 1.0 2.0 3.0 4.0 0 0 0 0 0 0 1 h 1",
-        "RAWLASER1 0 0", "RAWLASER1 0 0 0 0 0 0 0 2 1 1 9 1 h 1", "TRUEPOS 1 2 3 4 5",
-        "LASER3 2 1",
+        "RAWLASER1 0 0", "RAWLASER1 0 0 0 0 0 0 0 2 1 1 9 1 h 1", "TRUEPOS 1 2 3 4 5", "LASER3 2 1",
         // Further away than any place on Earth; beams that begin beyond a full turn.
         "ODOM 3e7 2 3 0 0 0 1 h 1", "FLASER 1 2.0 0 0 0 0 -1e15 0 1 h 1",
         "RAWLASER1 0 1e300 3.14 0.01 80 0 0 1 2.0 0 1 h 1",

@@ -137,7 +137,8 @@ TEST(MapFiles, EveryPixelIsTheMostOccupiedOfItsCells) {
   OccupancyGrid grid(0.1);
   RandomStream random(5);
   for (int i = 0; i < 400; ++i) {  // a few tiles, most of the ground unknown
-    const int x = static_cast<int>(random.below(900)) - 500, y = static_cast<int>(random.below(500));
+    const int x = static_cast<int>(random.below(900)) - 500,
+              y = static_cast<int>(random.below(500));
     grid.set_log_odds(x, y - 300, random.uniform() < 0.5 ? -1.0F : 4.0F);
   }
   for (const std::size_t most : {std::size_t{1} << 20, std::size_t{50'000}, std::size_t{900}}) {
