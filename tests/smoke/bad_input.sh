@@ -21,10 +21,14 @@ awk '/^FLASER/ && ++n % 5 == 0 { $2 = 5000 } { print }' short.log >bad_count.log
 awk '/^FLASER/ { ++n } /^FLASER/ && n % 6 == 0 { held = $0; next } { print } held { print held; held = "" }' short.log >unsorted.log
 { head -n 200 short.log; head -c 3000000 /dev/zero | tr '\0' '1'; echo; tail -n +201 short.log; } >long_line.log
 sed 's/$/\r/' short.log >crlf.log
+awk '/^(FLASER|ODOM)/ { t = sprintf("%.6f", 1e6 - ++n * 0.1); $(NF - 2) = t; $NF = t } { print }' short.log >backwards.log
+awk '/^FLASER/ && ++n % 9 == 0 { for (i = $2 + 3; i < $2 + 9; ++i) $i = "1e300" } { print }' short.log >far_away.log
+awk '/^FLASER/ && ++n % 2 { $(NF - 2) = $NF = n % 4 == 1 ? "9e9" : "-9e9" } { print }' short.log >wild_stamps.log
+awk '/^FLASER/ && ++n % 4 == 0 { $2 = 40000; r = ""; for (i = 0; i < 40000; ++i) r = r " 2.5"; $3 = r " " $3 } { print }' short.log >many_beams.log
 mkdir folder
 
 hopeless="no_such_file empty random text zeros folder stub.gz no_scan.log"
-damaged="cut.gz damaged.gz cut.log one_scan.log no_odometry.log bad_ranges.log bad_count.log unsorted.log long_line.log crlf.log"
+damaged="cut.gz damaged.gz cut.log one_scan.log no_odometry.log bad_ranges.log bad_count.log unsorted.log long_line.log crlf.log backwards.log far_away.log wild_stamps.log many_beams.log"
 
 for file in $hopeless; do
   refused "$majak" info "$file"
@@ -47,9 +51,21 @@ grep -qiE 'end|cut|trunc|damage' out || fail "info does not say that cut.gz ends
 ok "$majak" info long_line.log
 ok "$majak" info crlf.log
 
-if [ "$(id -u)" -ne 0 ]; then
-  cp short.log locked.log && chmod 000 locked.log
-  refused "$majak" info locked.log
-  mkdir locked && chmod 500 locked
-  refused "$majak" map short.log -o locked/result
+# What may not be read or written; root may, so another user tries.
+other=
+if [ "$(id -u)" -eq 0 ]; then
+  other="setpriv --reuid=65534 --regid=65534 --clear-groups"
+  chmod 755 "$work"
+  $other "$majak" --help >/dev/null 2>&1 || skip "needs the right to run majak as another user"
 fi
+cp short.log locked.log && chmod 000 locked.log
+refused $other "$majak" info locked.log
+mkdir no_way_in && cp short.log no_way_in && chmod 000 no_way_in
+refused $other "$majak" info no_way_in
+refused $other "$majak" map no_way_in/short.log -o result
+chmod 644 short.log
+mkdir locked && chmod 555 locked
+refused $other "$majak" map short.log -o locked/result
+mkdir -m 555 locked/result 2>/dev/null || { chmod 755 locked && mkdir -m 555 locked/result; }
+refused $other "$majak" map short.log -o locked/result
+[ -z "$(ls -A locked/result)" ] || fail "something was written into a folder without the right to"
