@@ -145,6 +145,60 @@ TEST(SurfelMap, BothSidesOfAThinWallStayApart) {
   }
 }
 
+/// Surfels after so many passes over one place each of which sees it from all `directions`.
+SurfelMap contradicted(int directions, int passes, float spread) {
+  SurfelMap map;
+  RandomStream r(11);
+  for (int pass = 0; pass < passes; ++pass)
+    for (int k = 0; k < directions; ++k) {
+      const double angle = 2 * kPi * k / directions + 0.05 * r.normal();
+      map.add(0.025F + uniform(r, -spread, spread), 0.025F + uniform(r, -spread, spread),
+              static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)));
+    }
+  return map;
+}
+
+TEST(SurfelMap, ContradictingNormalsInOneSpotMakeFourSidesAtMost) {
+  for (const int directions : {3, 4, 5, 8, 17}) {
+    const SurfelMap map = contradicted(directions, 200, 0);
+    EXPECT_GE(map.surfels().size(), 3U) << directions;
+    EXPECT_LE(map.surfels().size(), 4U) << directions;
+    for (const Surfel& s : map.surfels()) {
+      EXPECT_NEAR(std::hypot(s.nx, s.ny), 1, 1e-5) << directions;
+      EXPECT_LT(distance(s, 0.025, 0.025), 1e-6) << directions;
+    }
+  }
+}
+
+TEST(SurfelMap, ContradictingNormalsInOnePlaceStayFew) {
+  // An edge, a bush, a chair: the later passes add nothing.
+  for (const int directions : {3, 4, 5, 8, 17}) {
+    const SurfelMap map = contradicted(directions, 200, 0.01F);
+    EXPECT_EQ(map.surfels().size(), contradicted(directions, 20, 0.01F).surfels().size());
+    EXPECT_LE(map.surfels().size(), 12U) << directions;
+    for (const Surfel& s : map.surfels())
+      EXPECT_NEAR(std::hypot(s.nx, s.ny), 1, 1e-5) << directions;
+  }
+}
+
+TEST(SurfelMap, NormalsThatCancelOutLeaveAUnitNormal) {
+  SurfelMap map;
+  const float sides[][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+  for (const auto& n : sides) map.add(0.025F, 0.025F, n[0], n[1]);
+  for (int pass = 0; pass < 200; ++pass)
+    for (const float sign : {1.0F, -1.0F})
+      for (const auto& n : sides) map.add(0.025F, 0.025F, sign * n[0], sign * n[1]);
+  ASSERT_EQ(map.surfels().size(), 4U);
+  for (const Surfel& s : map.surfels()) EXPECT_NEAR(std::hypot(s.nx, s.ny), 1, 1e-5);
+  // The last side takes all that fits nowhere.
+  SurfelMap few({.max_count = 1});
+  for (const float angle : {0.0F, 1.2F, 2.4F, 3.6F})
+    few.add(0.025F, 0.025F, std::cos(angle), std::sin(angle));
+  for (int pass = 0; pass < 200; ++pass) few.add(0.025F, 0.025F, std::cos(4.85F), std::sin(4.85F));
+  ASSERT_EQ(few.surfels().size(), 4U);
+  for (const Surfel& s : few.surfels()) EXPECT_NEAR(std::hypot(s.nx, s.ny), 1, 1e-5);
+}
+
 TEST(SurfelMap, APointWithoutANormalJoinsAnySurface) {
   SurfelMap map;
   map.add(0.02F, 0.02F, 0, 1);
