@@ -2,6 +2,7 @@
 // How an optimum answers to wrong measurements: one solve against optimising again.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
