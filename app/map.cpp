@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <ctime>
 #include <filesystem>
@@ -43,13 +44,14 @@ constexpr const char* kHelp =
     "  majak map my.log -o office               writes the folder office\n"
     "  majak map my.log --no-odometry           trusts the laser alone\n"
     "  majak map my.log --options office/options.toml   again with the options of a run\n"
+    "  majak map my.log --without-loop 151-945  without a closure that the report lists\n"
     "\n"
     "The folder holds report.html (open this first), map.png, map.pgm + map.yaml, trajectory.tum,\n"
     "graph.g2o, summary.json, options.toml and site.majak, from which other commands start.\n";
 
 struct MapOptions {
   std::string log, output, options_file;
-  std::vector<std::string> set;
+  std::vector<std::string> set, without_loops;
   bool no_odometry = false, no_loops = false, json = false;
   int threads = 0;
   slam::GraphSlamOptions slam;
@@ -83,6 +85,19 @@ std::string default_folder(const fs::path& log) {
   return name.string() + "-map";
 }
 
+// "151-945": the scans that a closure joins.
+std::pair<std::size_t, std::size_t> scan_pair(const std::string& text) {
+  std::size_t from = 0, to = 0;
+  const char *begin = text.data(), *end = begin + text.size();
+  const auto first = std::from_chars(begin, end, from);
+  const bool dash = first.ec == std::errc{} && first.ptr != end && *first.ptr == '-';
+  const auto second = dash ? std::from_chars(first.ptr + 1, end, to) : first;
+  if (!dash || second.ec != std::errc{} || second.ptr != end)
+    throw Error(
+        fmt::format("--without-loop {}: two scan numbers are expected, as in 151-945", text));
+  return {from, to};
+}
+
 void read_options(MapOptions& o) {
   OptionFields fields;
   slam::describe(fields, o.slam);
@@ -91,6 +106,8 @@ void read_options(MapOptions& o) {
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
   if (o.no_odometry) o.slam.use_odometry = false;
   if (o.no_loops) o.slam.close_loops = false;
+  for (const std::string& pair : o.without_loops)
+    o.slam.loops.switched_off.push_back(scan_pair(pair));
 }
 
 std::string effective_options(MapOptions& o) {
@@ -210,6 +227,8 @@ void add_map(CLI::App& app) {
                       "folder for the results (default: the log's name + -map)");
   command->add_flag("--no-odometry", o->no_odometry, "use the laser alone");
   command->add_flag("--no-loops", o->no_loops, "do not recognise places seen before");
+  command->add_option("--without-loop", o->without_loops,
+                      "leave out one closure, FROM-TO as the report lists its scans; repeatable");
   command
       ->add_option("--threads", o->threads,
                    "threads to use (default: all); the results do not depend on it")

@@ -178,7 +178,7 @@ void GraphSlam::record_constraints() {
     c.score = closure.agreement;
     c.overlap = closure.overlap;
     c.chi2 = chi2_of(closure.from_key, closure.to_key, closure.T_from_to, closure.information);
-    c.enabled = c.chi2 < kContradicted;
+    c.enabled = !closure.off && c.chi2 < kContradicted;
     site_.constraints.push_back(c);
   }
 }

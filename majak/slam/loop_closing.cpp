@@ -189,7 +189,9 @@ void LoopCloser::look(const KeyScans& keys, std::size_t query) {
       pending_.push_back(closure);
       continue;
     }
+    closure.off = switched_off(keys[closure.from_key].scan, keys[closure.to_key].scan);
     accepted_.push_back(closure);
+    if (closure.off) continue;
     const auto n = static_cast<std::size_t>(options_.submap_keys);
     graph_.edges.push_back({static_cast<int>(closure.from_key / n),
                             static_cast<int>(closure.to_key / n), closure.T_from_to,
@@ -203,13 +205,18 @@ void LoopCloser::look(const KeyScans& keys, std::size_t query) {
   anchors_ = graph_.poses;
 }
 
+bool LoopCloser::switched_off(std::size_t from_scan, std::size_t to_scan) const {
+  const auto& off = options_.switched_off;
+  return std::find(off.begin(), off.end(), std::pair{from_scan, to_scan}) != off.end();
+}
+
 // A second closure, nearby and found on its own, must tell the same correction.
 bool LoopCloser::confirmed(const Closure& closure) const {
   const auto n = static_cast<std::size_t>(options_.submap_keys);
   const std::size_t q = closure.to_key / n, t = closure.from_key / n;
   const auto agrees = [&](const Closure& other) {
     const std::size_t oq = other.to_key / n, ot = other.from_key / n;
-    if (oq == q || oq + 6 < q) return false;
+    if (other.off || oq == q || oq + 6 < q) return false;
     const Pose2 around =
         between(anchors_[t], anchors_[ot]) * other.T_from_to * between(anchors_[oq], anchors_[q]);
     const Pose2 off = between(closure.T_from_to, around);

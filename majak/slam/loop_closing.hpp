@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <deque>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "majak/graph/optimize.hpp"
@@ -35,6 +36,8 @@ struct LoopClosingOptions {
   double max_window = 8.0;  ///< m
   double certain_agreement = 0.95;  ///< with these, a searched closure needs no second witness
   double certain_overlap = 0.45;
+  /// Closures that are not to be used, by the scans they join; they are listed all the same.
+  std::vector<std::pair<std::size_t, std::size_t>> switched_off;
 };
 
 /// A place recognised, with its evidence. Relative pose between the anchors' robots.
@@ -45,6 +48,7 @@ struct Closure {
   double agreement = 0;             ///< share of comparable returns that agree
   double overlap = 0;               ///< share of returns that agree
   bool searched = false;            ///< found in a wide window, needs a second witness
+  bool off = false;                 ///< switched off by the options
 };
 
 /// What a key scan sees in each direction from its laser: nearest and farthest return, 0 for none.
@@ -83,6 +87,7 @@ class LoopCloser {
   std::vector<std::size_t> candidates(std::size_t query, const std::vector<double>& ways) const;
   bool try_close(const KeyScans& keys, std::size_t query, std::size_t target, double way,
                  bool search, Closure& closure);
+  bool switched_off(std::size_t from_scan, std::size_t to_scan) const;
   bool confirmed(const Closure& closure) const;
   void place(KeyScans& keys) const;
   std::size_t anchor_key(std::size_t submap) const;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a range-finder's systematic error does to a relative pose. All returns of a run are too long
 // or too short by the same law, so this error does not average away over returns, scans or pairs:
-// it has to be followed through the whole graph (MATH 3.1).
+// it has to be followed through the whole graph (MATH 5).
 #pragma once
 
 #include <Eigen/Core>

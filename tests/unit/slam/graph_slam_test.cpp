@@ -119,6 +119,24 @@ TEST(GraphSlam, WithoutLoopsThereAreNone) {
   EXPECT_GT(error_of(site).worst, error_of(building_site()).worst);
 }
 
+TEST(GraphSlam, AClosureSwitchedOffIsListedAndNotUsed) {
+  const auto first = std::find_if(
+      building_site().constraints.begin(), building_site().constraints.end(),
+      [](const Constraint& c) { return c.kind == ConstraintKind::closure && c.enabled; });
+  ASSERT_NE(first, building_site().constraints.end());
+  GraphSlamOptions options;
+  options.loops.switched_off = {{first->from, first->to}};
+  const Site site = map_of(building_run(), options);
+  int listed = 0;
+  for (const Constraint& c : site.constraints) {
+    if (c.kind != ConstraintKind::closure || c.from != first->from || c.to != first->to) continue;
+    ++listed;
+    EXPECT_FALSE(c.enabled);
+  }
+  EXPECT_EQ(listed, 1);
+  EXPECT_NE(numbers(site), numbers(building_site()));
+}
+
 TEST(GraphSlam, WithoutLoopsTheFrontEndIsNotMadeWorse) {
   for (const bool wheels : {true, false})
     for (const char* world : {"building", "ring"}) {
