@@ -4,6 +4,7 @@
 simulate
 cd "$work" || exit 1
 refused "$majak" simulate corridor -o /dev/full
+refused bash -c '"$0" info short.log >/dev/full' "$majak"
 mkdir small
 mount -t tmpfs -o size=200k tmpfs small 2>/dev/null || skip "needs the right to mount a small file system"
 trap 'umount "$work/small"; rm -rf "$work"' EXIT
