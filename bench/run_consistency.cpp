@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "majak/core/error.hpp"
+#include "majak/core/parallel.hpp"
 #include "majak/eval/consistency.hpp"
 #include "majak/sim/buildings.hpp"
 #include "majak/sim/simulator.hpp"
@@ -44,25 +45,24 @@ Site map_run(const Case& c, int seed) {
   return slam.finish();
 }
 
-Result run(const Case& c, int runs) {
-  Result result;
-  for (int i = 0; i < runs; ++i) {
-    const Site site = map_run(c, kFirstSeed + i);
-    std::vector<Estimate> estimates;
-    for (const PosedScan& scan : site.scans) estimates.push_back(scan.estimate);
-    const std::vector<double> nees = eval::nees_of_run(estimates, eval::truth_of(site.truth));
-    double sum = 0;
-    for (const double n : nees) sum += n;
-    result.mean.push_back(sum / static_cast<double>(nees.size()));
-    result.last.push_back(nees.back());
-  }
-  return result;
-}
-
 double mean(const std::vector<double>& v) {
   double sum = 0;
   for (const double x : v) sum += x;
   return sum / static_cast<double>(v.size());
+}
+
+Result run(const Case& c, int runs) {
+  Result result{std::vector<double>(static_cast<std::size_t>(runs)),
+                std::vector<double>(static_cast<std::size_t>(runs))};
+  parallel_for({}, static_cast<std::size_t>(runs), [&](std::size_t i) {
+    const Site site = map_run(c, kFirstSeed + static_cast<int>(i));
+    std::vector<Estimate> estimates;
+    for (const PosedScan& scan : site.scans) estimates.push_back(scan.estimate);
+    const std::vector<double> nees = eval::nees_of_run(estimates, eval::truth_of(site.truth));
+    result.mean[i] = mean(nees);
+    result.last[i] = nees.back();
+  });
+  return result;
 }
 
 std::string table(int runs) {
