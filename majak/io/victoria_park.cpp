@@ -115,9 +115,9 @@ std::optional<GpsFix> VictoriaPark::read_fix() {
 
 void VictoriaPark::load(Sensor sensor) {
   waiting_[sensor].reset();
-  if (sensor == kGps) {
+  if (sensor == Sensor::gps) {
     if (const auto fix = read_fix()) waiting_[sensor] = *fix;
-  } else if (sensor == kDrive) {
+  } else if (sensor == Sensor::drive) {
     if (const auto motion = read_drive()) waiting_[sensor] = *motion;
   } else if (auto scan = read_scan()) {
     waiting_[sensor] = std::move(*scan);
@@ -126,7 +126,7 @@ void VictoriaPark::load(Sensor sensor) {
 
 std::optional<VictoriaPark::Sensor> VictoriaPark::earliest() const {
   std::optional<Sensor> best;
-  for (const Sensor sensor : {kGps, kDrive, kLaser}) {
+  for (const Sensor sensor : {Sensor::gps, Sensor::drive, Sensor::laser}) {
     if (!waiting_[sensor]) continue;
     if (!best || time_of(*waiting_[sensor]) < time_of(*waiting_[*best])) best = sensor;
   }
@@ -162,7 +162,7 @@ void VictoriaPark::finish() {
 
 std::optional<Event> VictoriaPark::next() {
   if (!loaded_) {
-    for (const Sensor sensor : {kGps, kDrive, kLaser}) load(sensor);
+    for (const Sensor sensor : {Sensor::gps, Sensor::drive, Sensor::laser}) load(sensor);
     loaded_ = true;
   }
   const std::optional<Sensor> sensor = next_in_order();

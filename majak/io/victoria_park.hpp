@@ -37,7 +37,7 @@ class VictoriaPark final : public Source {
   const std::string& format() const override { return format_; }
 
  private:
-  enum Sensor : std::size_t { kGps, kDrive, kLaser, kSensors };
+  enum Sensor : std::size_t { gps, drive, laser, sensors };
   using Table = std::unique_ptr<LineReader>;
   using Row = std::array<double, 3>;
 
@@ -54,7 +54,7 @@ class VictoriaPark final : public Source {
   VictoriaParkCar car_;
   std::unique_ptr<WordReader> laser_;
   Table gps_, drive_, order_;
-  std::optional<Event> waiting_[kSensors];
+  std::optional<Event> waiting_[sensors];
   std::optional<double> last_scan_time_;  ///< s
   std::int64_t scans_ = 0;
   bool loaded_ = false, finished_ = false;
