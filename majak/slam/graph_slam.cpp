@@ -15,7 +15,8 @@ namespace {
 
 constexpr double kContradicted =
     50;  // chi2 of a closure at the final poses: the rest of the map speaks against it
-constexpr std::size_t kPatience = 10;  // scans that may queue behind one that waits for odometry
+constexpr double kClosureWeight = 0.1;  // beside pairs of single scans: submaps bend a little
+constexpr std::size_t kPatience = 10;   // scans that may queue behind one that waits for odometry
 
 }  // namespace
 
@@ -84,8 +85,9 @@ Site GraphSlam::finish() {
   if (keys_.empty())
     throw Error("no laser scan with at least ten returns: there is nothing to map");
   if (options_.close_loops) loop_closer_.update(keys_, true);
-  refined_ = refine_jointly(keys_, revisits(keys_, loop_closer_, options_.revisits),
-                            options_.refinement, threads_);
+  refined_ =
+      refine_jointly(keys_, revisits(keys_, loop_closer_, options_.revisits),
+                     loop_closer_.closure_edges(kClosureWeight), options_.refinement, threads_);
   std::vector<UnseenMotion> unseen(keys_.size());
   for (std::size_t k = 1; k < keys_.size(); ++k)
     unseen[k] = unseen_motion(site_.scans[keys_[k - 1].scan], site_.scans[keys_[k].scan]);

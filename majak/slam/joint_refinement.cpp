@@ -117,6 +117,7 @@ Round pair_all(const KeyScans& keys, const std::vector<std::vector<std::size_t>>
 
 JointRefinement refine_jointly(KeyScans& keys,
                                const std::vector<std::vector<std::size_t>>& partners,
+                               const std::vector<graph::Edge>& closures,
                                const JointRefinementOptions& options, Threads threads) {
   JointRefinement result;
   std::vector<std::vector<std::size_t>> sources(
@@ -132,10 +133,11 @@ JointRefinement refine_jointly(KeyScans& keys,
     for (const auto& edges : round.edges)
       result.pairs.insert(result.pairs.end(), edges.begin(), edges.end());
     graph.edges.insert(graph.edges.end(), result.pairs.begin(), result.pairs.end());
+    graph.edges.insert(graph.edges.end(), closures.begin(), closures.end());
     graph::optimize(graph, {.max_iterations = 3,
                             .relative_tolerance = 1e-5,
                             .start = graph::Start::given,
-                            .robust = graph::Robust::none});
+                            .robust = graph::Robust::cauchy});
     for (std::size_t k = 0; k < keys.size(); ++k) keys[k].T_map_robot = graph.poses[k];
     result.rms.push_back(round.rms());
   }

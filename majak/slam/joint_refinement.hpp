@@ -29,8 +29,11 @@ struct JointRefinement {
 
 /// Moves keys[..].T_map_robot to the common optimum. `partners`: for every key scan the older ones
 /// that it is paired with.
+/// `closures`: edges between key scans that hold loops also where no pair of single scans meets, as
+/// when a corridor is driven back; doubted where the rest speaks against them.
 JointRefinement refine_jointly(KeyScans& keys,
                                const std::vector<std::vector<std::size_t>>& partners,
+                               const std::vector<graph::Edge>& closures,
                                const JointRefinementOptions& options, Threads threads);
 
 }  // namespace majak::slam

@@ -172,6 +172,15 @@ std::vector<std::size_t> LoopCloser::candidates(std::size_t query,
   return chosen;
 }
 
+std::vector<graph::Edge> LoopCloser::closure_edges(double weight) const {
+  std::vector<graph::Edge> edges;
+  for (const Closure& c : accepted_)
+    if (!c.off)
+      edges.push_back({static_cast<int>(c.from_key), static_cast<int>(c.to_key), c.T_from_to,
+                       weight * c.information, true});
+  return edges;
+}
+
 void LoopCloser::look(const KeyScans& keys, std::size_t query) {
   const auto ways = ways_.from(query);
   const auto places = candidates(query, ways);

@@ -77,6 +77,9 @@ class LoopCloser {
   void update(KeyScans& keys, bool last_call);
 
   const std::vector<Closure>& closures() const { return accepted_; }
+  /// Those that are not switched off, as edges between key scans, to be doubted; `weight` times
+  /// their information.
+  std::vector<graph::Edge> closure_edges(double weight) const;
 
   /// Ways between the submaps, and the submap that a key scan belongs to.
   const Ways& ways() const { return ways_; }

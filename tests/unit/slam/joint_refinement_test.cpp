@@ -89,19 +89,19 @@ TEST(JointRefinement, PerturbedPosesReturnToTheTruth) {
   ASSERT_GT(worst_error(w.keys, w.truth), 0.03);
   JointRefinementOptions options;
   options.rounds = 4;
-  refine_jointly(w.keys, neighbours(w.keys), options, {});
+  refine_jointly(w.keys, neighbours(w.keys), {}, options, {});
   EXPECT_LT(worst_error(w.keys, w.truth), 0.002);
 }
 
 TEST(JointRefinement, ThroughNoise) {
   Walk w = walk(10, 0.04, 0.01);
-  refine_jointly(w.keys, neighbours(w.keys), {}, {});
+  refine_jointly(w.keys, neighbours(w.keys), {}, {}, {});
   EXPECT_LT(worst_error(w.keys, w.truth), 0.008);
 }
 
 TEST(JointRefinement, TheTruthStays) {
   Walk w = walk(10, 0);
-  refine_jointly(w.keys, neighbours(w.keys), {}, {});
+  refine_jointly(w.keys, neighbours(w.keys), {}, {}, {});
   EXPECT_LT(worst_error(w.keys, w.truth), 0.002);
 }
 
@@ -109,10 +109,10 @@ TEST(JointRefinement, RepeatedItDoesNotMove) {
   Walk w = walk(8, 0.04, 0.005);
   JointRefinementOptions options;
   options.rounds = 6;
-  refine_jointly(w.keys, neighbours(w.keys), options, {});
+  refine_jointly(w.keys, neighbours(w.keys), {}, options, {});
   const KeyScans before = w.keys;
   options.rounds = 2;
-  refine_jointly(w.keys, neighbours(w.keys), options, {});
+  refine_jointly(w.keys, neighbours(w.keys), {}, options, {});
   for (std::size_t i = 0; i < w.keys.size(); ++i)
     EXPECT_LT(between(before[i].T_map_robot, w.keys[i].T_map_robot).translation().norm(), 5e-4)
         << i;
@@ -122,7 +122,7 @@ TEST(JointRefinement, ResidualsShrinkFromRoundToRound) {
   Walk w = walk(10, 0.04);
   JointRefinementOptions options;
   options.rounds = 4;
-  const JointRefinement result = refine_jointly(w.keys, neighbours(w.keys), options, {});
+  const JointRefinement result = refine_jointly(w.keys, neighbours(w.keys), {}, options, {});
   ASSERT_EQ(result.rms.size(), 4U);
   EXPECT_LT(result.rms[1], 0.5 * result.rms[0]);
   EXPECT_LE(result.rms[3], result.rms[1]);
@@ -165,7 +165,7 @@ std::vector<Pose2> dense_solve(std::vector<Pose2> poses, const std::vector<graph
 
 TEST(JointRefinement, SixScansEqualADenseSolve) {
   Walk w = walk(6, 0.04, 0.005);
-  const JointRefinement result = refine_jointly(w.keys, neighbours(w.keys), {}, {});
+  const JointRefinement result = refine_jointly(w.keys, neighbours(w.keys), {}, {}, {});
   const graph::PoseGraph& graph = result.chain.graph;
   const auto poses = dense_solve(graph.poses, graph.edges);
   for (std::size_t i = 0; i < w.keys.size(); ++i) {
@@ -178,7 +178,7 @@ TEST(JointRefinement, SixScansEqualADenseSolve) {
 TEST(JointRefinement, SameBytesForAnyNumberOfThreads) {
   const auto run = [](int threads) {
     Walk w = walk(14, 0.04, 0.01);
-    refine_jointly(w.keys, neighbours(w.keys), {}, {threads});
+    refine_jointly(w.keys, neighbours(w.keys), {}, {}, {threads});
     std::vector<Pose2> poses;
     for (const KeyScan& key : w.keys) poses.push_back(key.T_map_robot);
     return poses;
@@ -201,7 +201,8 @@ TEST(JointRefinement, PairsThePartnersAndNoOthers) {
   for (std::size_t i = 30; i < 48; ++i) partners[i] = {47 - i, 50 - i};
   for (const bool paired : {false, true}) {
     KeyScans keys = out.keys;
-    const JointRefinement result = refine_jointly(keys, paired ? partners : Partners(48), {}, {});
+    const JointRefinement result =
+        refine_jointly(keys, paired ? partners : Partners(48), {}, {}, {});
     std::set<std::pair<int, int>> expected, found;
     if (paired)
       for (int k = 30; k < 48; ++k) expected.insert({47 - k, k}), expected.insert({50 - k, k});
@@ -235,7 +236,7 @@ TEST(JointRefinement, TheTwoSidesOfAThinWallAreNotPaired) {
   keys[0].points = look(2.00, -1), keys[1].points = look(2.08, 1);
   for (KeyScan& key : keys)
     key.match_information = key.motion_information = 1e-3 * Mat3::Identity();
-  const JointRefinement result = refine_jointly(keys, {{}, {0}}, {}, {});
+  const JointRefinement result = refine_jointly(keys, {{}, {0}}, {}, {}, {});
   EXPECT_LT(log(keys[1].T_map_robot).norm(), 1e-3);
   EXPECT_LT(result.rms.back(), 1e-3);
 }
@@ -244,7 +245,7 @@ TEST(JointRefinement, EveryKeyScanHangsOnTheOneBefore) {
   Walk w = walk(5, 0.02);
   w.keys[4].points = {};  // sees nothing: only the front end's step holds it
   w.keys[4].match_information = 1e-3 * Mat3::Identity();
-  const JointRefinement result = refine_jointly(w.keys, neighbours(w.keys), {}, {});
+  const JointRefinement result = refine_jointly(w.keys, neighbours(w.keys), {}, {}, {});
   const auto& edges = result.chain.graph.edges;
   const Pose2 step = between(w.keys[3].T_map_robot, w.keys[4].T_map_robot);
   EXPECT_LT(between(w.keys[4].T_previous_predicted, step).translation().norm(), 1e-3);
@@ -296,10 +297,22 @@ TEST(JointRefinement, AnOpenChainThatAgreesIsTheFrontEnds) {
       keys[k].T_map_robot = keys[k].T_map_robot * Pose2{r.uniform(-0.1, 0.1), r.uniform(-0.1, 0.1),
                                                         r.uniform(-0.02, 0.02)};
     ASSERT_GT(worst_off_front(keys), 0.1);
-    const JointRefinement result = refine_jointly(keys, Partners(keys.size()), {}, {});
+    const JointRefinement result = refine_jointly(keys, Partners(keys.size()), {}, {}, {});
     EXPECT_LT(worst_off_front(keys), 1e-3) << seed;
     EXPECT_TRUE(result.pairs.empty());
     EXPECT_EQ(result.rms.back(), 0);
+  }
+}
+
+TEST(JointRefinement, AClosureHoldsWhereNoPairMeets) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    KeyScans keys = open_chain(seed, 200, 0);
+    const Pose2 T_first_last = between(keys[0].T_front_robot, keys[199].T_front_robot);
+    const Pose2 closed = T_first_last * Pose2{0.04, -0.03, 0};
+    const graph::Edge closure{0, 199, closed, Vec3(1e5, 1e5, 1e6).asDiagonal(), true};
+    refine_jointly(keys, Partners(keys.size()), {closure}, {}, {});
+    const Pose2 now = between(keys[0].T_map_robot, keys[199].T_map_robot);
+    EXPECT_LT(between(closed, now).translation().norm(), 0.01) << seed;
   }
 }
 
@@ -311,20 +324,20 @@ TEST(JointRefinement, WheelsDoNotBendAnOpenChain) {
     for (std::size_t k = 1; k < keys.size(); ++k)
       wheels[k].T_map_robot = wheels[k - 1].T_map_robot * keys[k].T_previous_predicted;
     ASSERT_GT(worst_off_front(wheels), 1.0) << seed;
-    refine_jointly(keys, Partners(keys.size()), {}, {});
+    refine_jointly(keys, Partners(keys.size()), {}, {}, {});
     EXPECT_LT(worst_off_front(keys), 0.16) << seed;
   }
 }
 
 TEST(JointRefinement, OneOrNoneIsLeftAlone) {
   KeyScans none;
-  EXPECT_EQ(refine_jointly(none, {}, {}, {}).rms.back(), 0);
+  EXPECT_EQ(refine_jointly(none, {}, {}, {}, {}).rms.back(), 0);
   Walk w = walk(1, 0);
-  EXPECT_EQ(refine_jointly(w.keys, neighbours(w.keys), {}, {}).rms.back(), 0);
+  EXPECT_EQ(refine_jointly(w.keys, neighbours(w.keys), {}, {}, {}).rms.back(), 0);
   EXPECT_EQ(w.keys[0].T_map_robot, w.truth[0]);
   Walk two = walk(3, 0.02);
   const KeyScans before = two.keys;
-  refine_jointly(two.keys, neighbours(two.keys), {.rounds = 0}, {});
+  refine_jointly(two.keys, neighbours(two.keys), {}, {.rounds = 0}, {});
   EXPECT_EQ(two.keys[1].T_map_robot, before[1].T_map_robot);
 }
 

@@ -119,7 +119,7 @@ Refined ring_drive(const std::string& places, bool closed) {
   }
   std::vector<std::vector<std::size_t>> partners(r.keys.size());
   if (closed) partners.back() = {0, 1, 2};
-  r.refinement = refine_jointly(r.keys, partners, {}, {1});
+  r.refinement = refine_jointly(r.keys, partners, {}, {}, {1});
   return r;
 }
 
