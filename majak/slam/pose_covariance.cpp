@@ -14,7 +14,7 @@ namespace majak::slam {
 namespace {
 
 constexpr double kAmplified =
-    1.55;  // what a common error does, measured, beside its linear prediction
+    1.55;  // fitted over simulated runs: a common error does more than its linear prediction
 constexpr double kPairGate = 0.075;  // m
 
 // An edge's measurement under each of the common errors: the law of the ranges, then the motion.
