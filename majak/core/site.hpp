@@ -54,6 +54,7 @@ struct OdometryFindings {
   Learnt rotation_scale;
   Learnt laser_x_m, laser_y_m, laser_theta_rad;  ///< T_robot_laser
   std::int64_t reversed_records = 0;  ///< odometry records that state the wrong direction of travel
+  std::int64_t jumps = 0;             ///< steps that no robot makes: the counters began anew
   double translation_noise = 0;       ///< m per sqrt(m), after mending
   double rotation_noise = 0;          ///< rad per sqrt(rad), after mending
 };

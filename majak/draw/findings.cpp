@@ -118,6 +118,13 @@ std::vector<std::string> odometry_in_words(const Site& site) {
         "or the other way round){}.",
         o.reversed_records, site.used_odometry ? "; they are turned round" : ""));
   }
+  if (o.jumps > 0) {
+    out.push_back(
+        fmt::format("{} of its steps {} farther than a robot drives (counters that began "
+                    "anew, as a rule){}.",
+                    o.jumps, o.jumps == 1 ? "is" : "are",
+                    site.used_odometry ? "; there the laser alone tells the motion" : ""));
+  }
   if (told) {
     say_scale(site, o.translation_scale, {"distances", "short", "long"}, out);
     say_scale(site, o.rotation_scale, {"turns", "small", "large"}, out);

@@ -183,6 +183,7 @@ void read_meta(const Database& db, Site& site, ContentHash& hash) {
   site.source_name = find("source_name").bytes();
   site.used_odometry = find("used_odometry").flag();
   site.odometry.reversed_records = find("reversed_records").integer();
+  site.odometry.jumps = find("jumps").integer();
   site.odometry.translation_noise = find("translation_noise").real();
   site.odometry.rotation_noise = find("rotation_noise").real();
   site.options_toml = find("options_toml").bytes();

@@ -172,6 +172,7 @@ void write_meta(const Database& db, const Site& site, ContentHash& hash) {
   row.text("source_name").text(site.source_name).done();
   row.text("used_odometry").integer(site.used_odometry).done();
   row.text("reversed_records").integer(site.odometry.reversed_records).done();
+  row.text("jumps").integer(site.odometry.jumps).done();
   row.text("translation_noise").real(site.odometry.translation_noise).done();
   row.text("rotation_noise").real(site.odometry.rotation_noise).done();
   row.text("options_toml").text(site.options_toml).done();

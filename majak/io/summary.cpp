@@ -82,6 +82,7 @@ Json odometry_json(const Site& site) {
           {"laser_y_m", learnt_json(o.laser_y_m)},
           {"laser_theta_rad", learnt_json(o.laser_theta_rad)},
           {"reversed_records", o.reversed_records},
+          {"jumps", o.jumps},
           {"translation_noise_m_per_sqrt_m", o.translation_noise},
           {"rotation_noise_rad_per_sqrt_rad", o.rotation_noise}};
 }

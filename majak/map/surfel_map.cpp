@@ -3,29 +3,36 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "majak/core/simd.hpp"
 
 namespace majak::map {
 
 SurfelMap::SurfelMap(const SurfelMapOptions& options)
-    : options_(options), inverse_cell_(static_cast<float>(1.0 / options.cell)) {}
+    : options_(options), inverse_cell_(static_cast<float>(1.0 / options.cell)) {
+  clear();
+}
 
 void SurfelMap::clear() {
-  std::fill(tile_index_.begin(), tile_index_.end(), -1);
-  nearest_.clear();
-  distance2_.clear();
+  blocks_wide_ = blocks_high_ = 0;
+  blocks_.assign(1, 0);
+  tiles_.assign(kTilesInBlock, 0);
+  nearest_.assign(kCellsInTile, kNone);
+  distance2_.assign(kCellsInTile, 0.0F);
   surfels_.clear();
   count_.clear();
   behind_.clear();
 }
 
 std::size_t SurfelMap::bytes() const {
-  return tile_index_.capacity() * sizeof(std::int32_t) +
+  return (blocks_.capacity() + tiles_.capacity()) * sizeof(std::int32_t) +
          nearest_.capacity() * (sizeof(std::uint32_t) + sizeof(float)) +
          surfels_.capacity() * (sizeof(Surfel) + sizeof(float) + sizeof(std::uint32_t));
 }
 
-void SurfelMap::nearest(const float* x, const float* y, std::size_t n,
-                        std::uint32_t* surfel) const {
+MAJAK_VECTORIZED void SurfelMap::nearest(const float* x, const float* y, std::size_t n,
+                                         std::uint32_t* surfel) const {
   for (std::size_t i = 0; i < n; ++i) surfel[i] = nearest(x[i], y[i]);
 }
 
@@ -69,12 +76,11 @@ void SurfelMap::merge(std::uint32_t index, float x, float y, float nx, float ny)
   count = std::min(count + 1.0F, static_cast<float>(options_.max_count));
 }
 
-void SurfelMap::stamp(std::uint32_t index) {
-  const Surfel& s = surfels_[index];
+MAJAK_VECTORIZED void SurfelMap::stamp(std::uint32_t index) {
+  const Surfel s = surfels_[index];
   const auto cell = static_cast<float>(options_.cell), reach = static_cast<float>(options_.reach);
   const int x0 = cell_of(s.x - reach), x1 = cell_of(s.x + reach);
   const int y0 = cell_of(s.y - reach), y1 = cell_of(s.y + reach);
-  const float reach2 = reach * reach;
   for (int ty = y0 >> kTileBits; ty <= y1 >> kTileBits; ++ty) {
     for (int tx = x0 >> kTileBits; tx <= x1 >> kTileBits; ++tx) {
       const std::size_t tile = tile_begin(tx, ty);
@@ -82,14 +88,13 @@ void SurfelMap::stamp(std::uint32_t index) {
       const int first = std::max(x0, bx), last = std::min(x1, bx + kTileSize - 1);
       for (int iy = std::max(y0, by); iy <= std::min(y1, by + kTileSize - 1); ++iy) {
         const float dy = (static_cast<float>(iy) + 0.5F) * cell - s.y;
-        const float bound = reach2 - dy * dy;
-        const std::size_t row = tile + in_tile(first, iy);
+        const std::size_t row = tile + static_cast<std::size_t>(in_tile(first, iy));
         float* distance2 = &distance2_[row];
         std::uint32_t* nearest = &nearest_[row];
         for (int k = 0; k <= last - first; ++k) {
           const float dx = (static_cast<float>(first + k) + 0.5F) * cell - s.x;
           const float d2 = dx * dx + dy * dy;
-          const bool nearer = d2 < distance2[k] && dx * dx <= bound;
+          const bool nearer = d2 < distance2[k];
           distance2[k] = nearer ? d2 : distance2[k];
           nearest[k] = nearer ? index : nearest[k];
         }
@@ -99,44 +104,52 @@ void SurfelMap::stamp(std::uint32_t index) {
 }
 
 std::size_t SurfelMap::tile_begin(int tile_x, int tile_y) {
-  if (static_cast<unsigned>(tile_x - tile_x0_) >= tiles_wide_ ||
-      static_cast<unsigned>(tile_y - tile_y0_) >= tiles_high_)
-    grow(tile_x, tile_y);
-  std::int32_t& tile = tile_index_[static_cast<std::size_t>(tile_y - tile_y0_) * tiles_wide_ +
-                                   static_cast<std::size_t>(tile_x - tile_x0_)];
-  constexpr std::size_t kCells = std::size_t{1} << (2 * kTileBits);
-  if (tile < 0) {
-    tile = static_cast<std::int32_t>(nearest_.size() / kCells);
-    nearest_.resize(nearest_.size() + kCells, kNone);
-    distance2_.resize(distance2_.size() + kCells, 1e30F);
+  const int block_x = tile_x >> kBlockBits, block_y = tile_y >> kBlockBits;
+  if (block_x < block_x0_ || block_x >= block_x0_ + blocks_wide_ || block_y < block_y0_ ||
+      block_y >= block_y0_ + blocks_high_)
+    grow(block_x, block_y);
+  std::int32_t& block = blocks_[static_cast<std::size_t>(block_y - block_y0_) *
+                                    static_cast<std::size_t>(blocks_wide_) +
+                                static_cast<std::size_t>(block_x - block_x0_)];
+  if (block == 0) {
+    block = static_cast<std::int32_t>(tiles_.size() / kTilesInBlock);
+    tiles_.resize(tiles_.size() + kTilesInBlock, 0);
   }
-  return static_cast<std::size_t>(tile) * kCells;
+  std::int32_t& tile = tiles_[static_cast<std::size_t>(block) * kTilesInBlock +
+                              static_cast<std::size_t>(in_block(tile_x, tile_y))];
+  if (tile == 0) {
+    tile = static_cast<std::int32_t>(nearest_.size() / kCellsInTile);
+    const auto reach = static_cast<float>(options_.reach);
+    nearest_.resize(nearest_.size() + kCellsInTile, kNone);
+    distance2_.resize(distance2_.size() + kCellsInTile, reach * reach);
+  }
+  return static_cast<std::size_t>(tile) * kCellsInTile;
 }
 
-// The index of tiles is a dense rectangle that grows by half on the side where it must.
-void SurfelMap::grow(int tile_x, int tile_y) {
-  int x0 = tile_x0_, y0 = tile_y0_;
-  int x1 = x0 + static_cast<int>(tiles_wide_), y1 = y0 + static_cast<int>(tiles_high_);
-  if (tiles_wide_ == 0) {
-    x0 = tile_x - 4, y0 = tile_y - 4, x1 = tile_x + 5, y1 = tile_y + 5;
+// The rectangle of blocks grows by half on the side where it must; behind its end is one for all
+// that lies outside.
+void SurfelMap::grow(int block_x, int block_y) {
+  int x0 = block_x0_, y0 = block_y0_, x1 = x0 + blocks_wide_, y1 = y0 + blocks_high_;
+  if (blocks_wide_ == 0) {
+    x0 = block_x, y0 = block_y, x1 = block_x + 1, y1 = block_y + 1;
   } else {
-    const int margin_x = 4 + (x1 - x0) / 2, margin_y = 4 + (y1 - y0) / 2;
-    if (tile_x < x0) x0 = tile_x - margin_x;
-    if (tile_x >= x1) x1 = tile_x + margin_x;
-    if (tile_y < y0) y0 = tile_y - margin_y;
-    if (tile_y >= y1) y1 = tile_y + margin_y;
+    const int margin_x = (x1 - x0) / 2, margin_y = (y1 - y0) / 2;
+    if (block_x < x0) x0 = block_x - margin_x;
+    if (block_x >= x1) x1 = block_x + 1 + margin_x;
+    if (block_y < y0) y0 = block_y - margin_y;
+    if (block_y >= y1) y1 = block_y + 1 + margin_y;
   }
-  std::vector<std::int32_t> index(
-      static_cast<std::size_t>(x1 - x0) * static_cast<std::size_t>(y1 - y0), -1);
-  for (unsigned row = 0; row < tiles_high_; ++row)
-    for (unsigned col = 0; col < tiles_wide_; ++col)
-      index[static_cast<std::size_t>(static_cast<int>(row) + tile_y0_ - y0) *
-                static_cast<std::size_t>(x1 - x0) +
-            static_cast<std::size_t>(static_cast<int>(col) + tile_x0_ - x0)] =
-          tile_index_[row * tiles_wide_ + col];
-  tile_index_ = std::move(index);
-  tile_x0_ = x0, tile_y0_ = y0;
-  tiles_wide_ = static_cast<unsigned>(x1 - x0), tiles_high_ = static_cast<unsigned>(y1 - y0);
+  const auto wide = static_cast<std::size_t>(x1 - x0), high = static_cast<std::size_t>(y1 - y0);
+  std::vector<std::int32_t> blocks(wide * high + 1, 0);
+  for (int row = 0; row < blocks_high_; ++row) {
+    const auto from = blocks_.begin() + static_cast<std::ptrdiff_t>(row) * blocks_wide_;
+    std::copy(from, from + blocks_wide_,
+              blocks.begin() + static_cast<std::ptrdiff_t>(row + block_y0_ - y0) * (x1 - x0) +
+                  (block_x0_ - x0));
+  }
+  blocks_ = std::move(blocks);
+  block_x0_ = x0, block_y0_ = y0;
+  blocks_wide_ = x1 - x0, blocks_high_ = y1 - y0;
 }
 
 }  // namespace majak::map

@@ -31,12 +31,12 @@ class SurfelMap {
   /// Index of the surfel nearest to the cell of (x, y), or kNone.
   std::uint32_t nearest(float x, float y) const {
     const int ix = cell_of(x), iy = cell_of(y);
-    const unsigned tx = static_cast<unsigned>((ix >> kTileBits) - tile_x0_);
-    const unsigned ty = static_cast<unsigned>((iy >> kTileBits) - tile_y0_);
-    if (tx >= tiles_wide_ || ty >= tiles_high_) return kNone;
-    const std::int32_t tile = tile_index_[ty * tiles_wide_ + tx];
-    if (tile < 0) return kNone;
-    return nearest_[(static_cast<std::size_t>(tile) << (2 * kTileBits)) + in_tile(ix, iy)];
+    const int tx = ix >> kTileBits, ty = iy >> kTileBits;
+    const int bx = (tx >> kBlockBits) - block_x0_, by = (ty >> kBlockBits) - block_y0_;
+    const bool inside = (bx >= 0) & (bx < blocks_wide_) & (by >= 0) & (by < blocks_high_);
+    const int block = blocks_.data()[inside ? by * blocks_wide_ + bx : blocks_wide_ * blocks_high_];
+    const int tile = tiles_.data()[(block << (2 * kBlockBits)) + in_block(tx, ty)];
+    return nearest_.data()[(tile << (2 * kTileBits)) + in_tile(ix, iy)];
   }
   /// The same for n points at once.
   void nearest(const float* x, const float* y, std::size_t n, std::uint32_t* surfel) const;
@@ -53,26 +53,34 @@ class SurfelMap {
 
  private:
   static constexpr int kMostSides = 3;  // beside the first, in one place
-  static constexpr int kTileBits = 4;
-  static constexpr int kTileSize = 1 << kTileBits;
+  // A tile is 16 x 16 cells, a block 32 x 32 tiles. Tile 0 and block 0 are empty ones, for all that
+  // nothing was seen of, so that a look-up needs no branches.
+  static constexpr int kTileBits = 4, kTileSize = 1 << kTileBits;
+  static constexpr int kBlockBits = 5, kBlockSize = 1 << kBlockBits;
+  static constexpr std::size_t kCellsInTile = std::size_t{1} << (2 * kTileBits);
+  static constexpr std::size_t kTilesInBlock = std::size_t{1} << (2 * kBlockBits);
   static constexpr float kShift = 65536;  // makes coordinates positive, where truncation is floor
 
   int cell_of(float v) const {
     return static_cast<int>(v * inverse_cell_ + kShift) - static_cast<int>(kShift);
   }
-  static std::size_t in_tile(int ix, int iy) {
-    return static_cast<std::size_t>(((iy & (kTileSize - 1)) << kTileBits) | (ix & (kTileSize - 1)));
+  static int in_tile(int ix, int iy) {
+    return ((iy & (kTileSize - 1)) << kTileBits) | (ix & (kTileSize - 1));
+  }
+  static int in_block(int tile_x, int tile_y) {
+    return ((tile_y & (kBlockSize - 1)) << kBlockBits) | (tile_x & (kBlockSize - 1));
   }
   void merge(std::uint32_t index, float x, float y, float nx, float ny);
   void stamp(std::uint32_t index);
   std::size_t tile_begin(int tile_x, int tile_y);
-  void grow(int tile_x, int tile_y);
+  void grow(int block_x, int block_y);
 
   SurfelMapOptions options_;
   float inverse_cell_;
-  int tile_x0_ = 0, tile_y0_ = 0;
-  unsigned tiles_wide_ = 0, tiles_high_ = 0;
-  std::vector<std::int32_t> tile_index_;
+  int block_x0_ = 0, block_y0_ = 0;
+  int blocks_wide_ = 0, blocks_high_ = 0;
+  std::vector<std::int32_t> blocks_;    // number of the block, a dense rectangle of them
+  std::vector<std::int32_t> tiles_;     // number of the tile, block by block
   std::vector<std::uint32_t> nearest_;  // surfel of each cell, tile by tile
   std::vector<float> distance2_;        // m^2, from it to the cell's centre
   std::vector<Surfel> surfels_;

@@ -10,6 +10,8 @@ namespace majak::motion {
 namespace {
 
 constexpr std::size_t kNoRecord = static_cast<std::size_t>(-1);
+// A step that no robot makes, in m and rad: so much at once, and so much a second.
+constexpr double kMostStep = 2, kMostSpeed = 40, kMostTurn = 1.5, kMostTurnRate = 10;
 constexpr std::size_t kHistory = 2000;  // scans looked back at when learning
 constexpr std::size_t kSampled = 400;   // scans that a search over lags looks at
 constexpr std::size_t kLeastSteps = 100;
@@ -23,6 +25,11 @@ constexpr double kLagFloor = 0.007;  // s
 // What the laser's own steps are wrong by, seen over simulated drives.
 constexpr double kScaleFloor = 0.0015, kTurnScaleFloor = 0.002;
 
+bool leaps(const Pose2& step, double seconds) {
+  return step.translation().norm() > kMostStep + kMostSpeed * seconds ||
+         std::abs(step.theta) > kMostTurn + kMostTurnRate * seconds;
+}
+
 }  // namespace
 
 void OdometryModel::Stream::push(Time time, const Pose2& pose, double speed, bool reversed) {
@@ -30,6 +37,10 @@ void OdometryModel::Stream::push(Time time, const Pose2& pose, double speed, boo
   if (!samples.empty()) {
     Pose2 step = between(samples.back().raw, pose);
     if (reversed && speed < 0 && step.x > 0) step.x = -step.x, step.y = -step.y;
+    if (leaps(step, std::abs(to_seconds(time - samples.back().time)))) {
+      step = {};
+      jumps.push_back(std::max(latest.back(), time));
+    }
     s.mended = samples.back().mended * step;
   }
   latest.push_back(latest.empty() ? time : std::max(latest.back(), time));
@@ -53,6 +64,11 @@ std::optional<Pose2> OdometryModel::Stream::at(Time time, std::size_t& hint) con
                wrap_angle(a.theta + part * angle_diff(b.theta, a.theta))};
 }
 
+bool OdometryModel::Stream::jumped(Time from, Time to) const {
+  const auto next = std::upper_bound(jumps.begin(), jumps.end(), from);
+  return next != jumps.end() && *next <= to;
+}
+
 double OdometryModel::Stream::speed(Time time) const {
   const auto after = std::upper_bound(latest.begin(), latest.end(), time) - latest.begin();
   return after > 0 ? samples[static_cast<std::size_t>(after) - 1].speed : 0;
@@ -60,6 +76,7 @@ double OdometryModel::Stream::speed(Time time) const {
 
 void OdometryModel::add(const Odometry& odometry) {
   stream_.push(odometry.time, odometry.T_odom_robot, odometry.speed.value_or(0), reversed_);
+  count_jumps();
 }
 
 void OdometryModel::add(const Scan& scan) {
@@ -70,6 +87,12 @@ void OdometryModel::add(const Scan& scan) {
     records_.push(scan.time, *scan.T_odom_robot, stream_.speed(scan.time), reversed_);
   else if (scan_times_.size() == 1)
     choice_.records = false;
+  count_jumps();
+}
+
+void OdometryModel::count_jumps() {
+  findings_.jumps =
+      static_cast<std::int64_t>(std::max(records_.jumps.size(), stream_.jumps.size()));
 }
 
 bool OdometryModel::ready(std::size_t scan) const {
@@ -98,6 +121,9 @@ std::optional<Pose2> OdometryModel::wheel_motion(const Choice& choice, std::size
   if (scan == 0) return std::nullopt;
   const auto before = pose(choice, scan - 1), now = pose(choice, scan);
   if (!before || !now) return std::nullopt;
+  const Stream& stream = choice.records ? records_ : stream_;
+  if (stream.jumped(scan_times_[scan - 1] + choice.lag, scan_times_[scan] + choice.lag))
+    return std::nullopt;
   return between(*before, *now);
 }
 

@@ -64,8 +64,10 @@ class OdometryModel {
   struct Stream {
     std::vector<Sample> samples;
     std::vector<Time> latest;  ///< running maximum of the stamps: what is searched
+    std::vector<Time> jumps;   ///< of the samples that no robot could reach from the one before
     void push(Time time, const Pose2& pose, double speed, bool reversed);
     double speed(Time time) const;  ///< as last stated by then
+    bool jumped(Time from, Time to) const;
     /// `hint`: where the last call found it; times that follow each other are found at once.
     std::optional<Pose2> at(Time time, std::size_t& hint) const;
   };
@@ -85,6 +87,7 @@ class OdometryModel {
   Pose2 foretold(const Pose2& wheels) const;
   double disagreement(const Choice& choice, std::size_t first, std::size_t stride = 1) const;
   std::vector<ComparedStep> compare(const Choice& choice, bool timed, std::size_t first) const;
+  void count_jumps();
   void learn(std::size_t newest);
   void learn_direction(std::size_t first);
   bool stamps_tell(const Choice& choice, std::size_t first) const;

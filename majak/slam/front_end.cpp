@@ -14,6 +14,9 @@ namespace {
 // to match.
 constexpr double kHabit = 4.0;
 
+constexpr double kAgainst = 4.0;      // sigmas off the wheels, and at least
+constexpr std::pair kSlip{0.3, 0.4};  // m, rad: what wheels slip between two scans
+
 constexpr int kSlideGain = 3;         // returns more that must fit
 constexpr double kSlideShare = 0.33;  // of the returns left over, that must fit then
 constexpr double kSlideWeak = 0.04;   // share of the strong direction's information
@@ -38,30 +41,13 @@ FrontEndStep FrontEnd::add(const Scan& scan, const std::optional<MotionPrior>& m
   if (matched) {
     const MotionPrior prior = motion ? *motion : habit(scan.time);
     predict(prior);
-    step.match = track(points, prior);
-    if (step.match.score < options_.trusted_score) {
-      step.match =
-          recover(points, step.match, prior, to_seconds(scan.time - last_time_) > options_.gap);
-      step.searched = true;
-    }
-    // What was found far off the prediction must fit well, or it is another place that looks alike.
-    const Pose2 off = between(previous * prior.T_previous_robot, step.match.T_map_robot);
-    const bool far = off.translation().norm() > options_.search_translation ||
-                     std::abs(off.theta) > options_.search_rotation;
-    const bool gap = to_seconds(scan.time - last_time_) > options_.gap;
-    const bool poor = step.match.score < (far ? options_.trusted_score : options_.weak_score);
-    poor_ = poor ? poor_ + 1 : 0;
-    step.broken = poor && (gap || poor_ >= options_.patience);
-    if (step.broken) begin_again();
-    // A scan that fits nowhere tells nothing: the wheels do, or the robot is taken to stand still.
-    if (poor_ > 0 && step.match.score < 0.5 * options_.weak_score)
-      step.match.T_map_robot = motion ? previous * motion->T_previous_robot : previous;
+    follow(points, prior, to_seconds(scan.time - last_time_) > options_.gap, step);
     pose_ = step.match.T_map_robot;
   } else if (motion) {
     pose_ = pose_ * motion->T_previous_robot;
     predict(*motion);
   }
-  if (!matched || poor_ > 0) {
+  if (!matched || poor_ > 0 || step.held) {
     habit_.forget();
   } else if (!slid_) {  // sliding is a correction, not a motion to go on with
     habit_.observe(between(previous, pose_), scan.time - last_time_, !step.searched);
@@ -70,9 +56,10 @@ FrontEndStep FrontEnd::add(const Scan& scan, const std::optional<MotionPrior>& m
   step.T_map_robot = pose_;
 
   const Pose2 since_key = between(last_key_, pose_);
-  step.key = points.size() >= 10 && (!started_ || step.broken ||
-                                     std::hypot(since_key.x, since_key.y) > options_.key_distance ||
-                                     std::abs(since_key.theta) > options_.key_turn);
+  step.key =
+      points.size() >= 10 && !step.held &&
+      (!started_ || step.broken || std::hypot(since_key.x, since_key.y) > options_.key_distance ||
+       std::abs(since_key.theta) > options_.key_turn);
   if (step.key) {
     step.key_points = match::scan_points(scan, options_.points, true, directions_);
     step.local_map = active_keys_ > 0 ? active_first_ : keys_;
@@ -83,6 +70,49 @@ FrontEndStep FrontEnd::add(const Scan& scan, const std::optional<MotionPrior>& m
     started_ = true;
   }
   return step;
+}
+
+void FrontEnd::follow(const match::ScanPoints& points, const MotionPrior& prior, bool gap,
+                      FrontEndStep& step) {
+  const Pose2 predicted = pose_ * prior.T_previous_robot;
+  step.match = track(points, prior);
+  step.searched = step.match.score < options_.trusted_score;
+  bool hearsay = false;
+  if (step.searched) {
+    const match::Match found = recover(points, step.match, prior, gap);
+    hearsay = !gap && against_wheels(prior, found.T_map_robot) && !told_before(prior, found);
+    if (!hearsay) step.match = found;
+  }
+  if (!hearsay) told_ = 0;
+  // What was found far off the prediction must fit well, or it is another place that looks alike.
+  const Pose2 off = between(predicted, step.match.T_map_robot);
+  const bool far = off.translation().norm() > options_.search_translation ||
+                   std::abs(off.theta) > options_.search_rotation;
+  const bool poor = step.match.score < (far ? options_.trusted_score : options_.weak_score);
+  if (!hearsay) poor_ = poor ? poor_ + 1 : 0;
+  step.held = hearsay;
+  step.broken = poor && !hearsay && (gap || poor_ >= options_.patience);
+  if (step.broken) begin_again();
+  // A scan that fits nowhere tells nothing: the wheels do, or the robot is taken to stand still.
+  if ((poor_ > 0 || hearsay) && step.match.score < 0.5 * options_.weak_score)
+    step.match.T_map_robot = prior.habit ? pose_ : predicted;
+}
+
+bool FrontEnd::against_wheels(const MotionPrior& motion, const Pose2& T_map_robot) const {
+  if (motion.habit) return false;
+  const Pose2 off = between(pose_ * motion.T_previous_robot, T_map_robot);
+  return off.translation().norm() > std::max(kAgainst * motion.sigma_translation, kSlip.first) ||
+         std::abs(off.theta) > std::max(kAgainst * motion.sigma_rotation, kSlip.second);
+}
+
+// A person before the laser makes another place look alike for a scan or two; that the wheels slip
+// or someone carries the robot goes on being seen. So the next scans must tell the same.
+bool FrontEnd::told_before(const MotionPrior& motion, const match::Match& found) {
+  const Pose2 off = between(rumour_ * motion.T_previous_robot, found.T_map_robot);
+  const bool same = told_ > 0 && off.translation().norm() < 0.15 && std::abs(off.theta) < 0.15;
+  told_ = same ? told_ + 1 : 1;
+  rumour_ = found.T_map_robot;
+  return told_ >= options_.witnesses;
 }
 
 MotionPrior FrontEnd::habit(Time now) const {

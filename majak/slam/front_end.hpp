@@ -24,8 +24,9 @@ struct FrontEndOptions {
   double search_rotation = 0.5;     ///< rad
   double wide_translation = 1.8;    ///< m, half width where that was not enough
   double wide_rotation = 0.9;       ///< rad
-  double gap = 1.0;  ///< s, after such a time without scans all headings are searched
-  int patience = 2;  ///< poor scans in a row after which a new local map is begun
+  double gap = 1.0;   ///< s, after such a time without scans all headings are searched
+  int patience = 2;   ///< poor scans in a row after which a new local map is begun
+  int witnesses = 3;  ///< scans in a row that must tell a motion which contradicts the wheels
   match::ScanPointsOptions points;
   match::AlignOptions align;
   map::SurfelMapOptions map;
@@ -48,7 +49,8 @@ struct FrontEndStep {
   Pose2 T_key_predicted;  ///< of a key scan: motion since the one before, without the laser
   Vec3 predicted_variance = Vec3::Zero();  ///< m^2, m^2, rad^2: of that
   bool searched = false;                   ///< the prediction was no use, the window was searched
-  bool broken = false;                     ///< nothing fitted: a new local map begins here
+  bool held = false;    ///< what was found contradicts the wheels and has too few witnesses yet
+  bool broken = false;  ///< nothing fitted: a new local map begins here
 };
 
 class FrontEnd {
@@ -67,6 +69,10 @@ class FrontEnd {
                              const MotionPrior& motion, const match::SearchWindow& window);
   match::Match recover(const match::ScanPoints& points, match::Match tracked,
                        const MotionPrior& motion, bool gap);
+  void follow(const match::ScanPoints& points, const MotionPrior& prior, bool gap,
+              FrontEndStep& step);
+  bool against_wheels(const MotionPrior& motion, const Pose2& T_map_robot) const;
+  bool told_before(const MotionPrior& motion, const match::Match& found);
   void begin_again();
   void insert(const match::ScanPoints& points, const Pose2& pose);
 
@@ -81,7 +87,9 @@ class FrontEnd {
   Pose2 pose_, last_key_;
   Habit habit_;
   Time last_time_ = 0;
-  int poor_ = 0;       // scans in a row that did not fit
+  int poor_ = 0;  // scans in a row that did not fit
+  int told_ = 0;  // scans in a row that told the rumour: a pose that contradicts the wheels
+  Pose2 rumour_;
   bool slid_ = false;  // the newest match was slid along a weak direction
   bool started_ = false;
   match::BeamDirections directions_;

@@ -116,6 +116,7 @@ void GraphSlam::place_scans(const std::vector<Mat3>& covariances) {
   match::AlignOptions align = options_.front_end.align;
   align.gate = 0.15;
   align.final_gate = 0.08;
+  align.tolerance = 1e-3;
   constexpr std::size_t kChunk = 64;
   parallel_for(threads_, (site_.scans.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
     match::BeamDirections directions;

@@ -76,6 +76,14 @@ TEST(OdometryInWords, CountsRecordsThatSayTheWrongDirection) {
               Contains(HasSubstr("320 of its records state the wrong direction of travel")));
 }
 
+TEST(OdometryInWords, CountsJumps) {
+  OdometryFindings o = told();
+  EXPECT_THAT(odometry_in_words(with(o)), Not(Contains(HasSubstr("farther than a robot drives"))));
+  o.jumps = 1;
+  EXPECT_THAT(odometry_in_words(with(o)),
+              Contains(HasSubstr("1 of its steps is farther than a robot drives")));
+}
+
 TEST(OdometryInWords, SaysWhereTheLaserSits) {
   OdometryFindings o = told();
   o.laser_x_m = {-0.04, 0.002, true};

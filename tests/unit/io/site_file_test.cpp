@@ -74,6 +74,7 @@ Site rich_site() {
   site.odometry.lag_s = {0.1, 0.01, true};
   site.odometry.rotation_scale = {1.02, 0.001, false};
   site.odometry.reversed_records = 320;
+  site.odometry.jumps = 3;
   site.odometry.translation_noise = 0.03;
   site.odometry.rotation_noise = 0.05;
   site.report.count("carmen: truncated FLASER", 4711);
@@ -142,6 +143,7 @@ void expect_equal(const Site& a, const Site& b) {
   expect_equal(a.odometry.lag_s, b.odometry.lag_s);
   expect_equal(a.odometry.rotation_scale, b.odometry.rotation_scale);
   EXPECT_EQ(a.odometry.reversed_records, b.odometry.reversed_records);
+  EXPECT_EQ(a.odometry.jumps, b.odometry.jumps);
   EXPECT_EQ(a.odometry.translation_noise, b.odometry.translation_noise);
   EXPECT_EQ(a.odometry.rotation_noise, b.odometry.rotation_noise);
   ASSERT_EQ(a.report.entries().size(), b.report.entries().size());

@@ -105,6 +105,7 @@ TEST(SummaryJson, HoldsFiguresFindingsAndWhatWasSkipped) {
   site.used_odometry = true;
   site.odometry.lag_s = {0.1, 0.01, true};
   site.odometry.reversed_records = 320;
+  site.odometry.jumps = 2;
   const Json json = Json::parse(summary_json(site, two_cells(), {{"ate_m", 0.25}}));
   EXPECT_EQ(json["log"], "square.clf");
   EXPECT_EQ(json["scans"], 41);
@@ -114,6 +115,7 @@ TEST(SummaryJson, HoldsFiguresFindingsAndWhatWasSkipped) {
   EXPECT_EQ(json["odometry"]["lag_s"]["value"], 0.1);
   EXPECT_EQ(json["odometry"]["lag_s"]["used"], true);
   EXPECT_EQ(json["odometry"]["reversed_records"], 320);
+  EXPECT_EQ(json["odometry"]["jumps"], 2);
   EXPECT_EQ(json["skipped"][0]["what"], "truncated line");
   EXPECT_EQ(json["skipped"][0]["count"], 2);
   EXPECT_EQ(json["skipped"][0]["first_line"], 12);

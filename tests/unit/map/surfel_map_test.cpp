@@ -235,6 +235,19 @@ TEST(SurfelMap, GrowsInAllDirections) {
   }
 }
 
+TEST(SurfelMap, APlaceFarOffCostsLittle) {
+  // Wheels that jump by kilometres: memory follows what was seen, not the square about it.
+  SurfelMap map;
+  map.add(0, 0, 0, 1);
+  map.add(12000, 9000, 0, 1);
+  map.add(-20000, 15000, 0, 1);
+  EXPECT_EQ(map.nearest(0, 0), 0U);
+  EXPECT_EQ(map.nearest(12000, 9000), 1U);
+  EXPECT_EQ(map.nearest(-20000, 15000), 2U);
+  EXPECT_EQ(map.nearest(6000, 4500), SurfelMap::kNone);
+  EXPECT_LT(map.bytes(), 20'000'000U);
+}
+
 TEST(SurfelMap, AnEmptyMapKnowsNothing) {
   const SurfelMap map;
   EXPECT_EQ(map.nearest(0, 0), SurfelMap::kNone);

@@ -377,6 +377,43 @@ TEST(OdometryModel, PathIsTheOdometrysOwn) {
   EXPECT_FALSE(model.predict(3).has_value());
 }
 
+TEST(OdometryModel, CountersThatBeginAnewMoveNobody) {
+  // Straight ahead; then the counters are at zero again, or kilometres off, or turned round.
+  for (const bool records : {true, false}) {
+    for (const Pose2& offset : {Pose2{-37, 4, 0.3}, Pose2{1e4, 0, 0}, Pose2{0, 0, 3}}) {
+      OdometryModel model;
+      for (int i = 0; i < 40; ++i) {
+        const Pose2 wheels = (i < 20 ? Pose2{} : offset) * Pose2{0.1 * i, 0, 0};
+        Scan scan;
+        scan.time = from_seconds(0.1 * i);
+        if (records) scan.T_odom_robot = wheels;
+        if (!records) model.add(Odometry{scan.time, wheels, {}, {}});
+        model.add(scan);
+      }
+      for (std::size_t i = 1; i < 40; ++i) {
+        const auto motion = model.predict(i);
+        ASSERT_EQ(motion.has_value(), i != 20) << i;
+        if (motion) {
+          EXPECT_NEAR(motion->T_previous_robot.x, 0.1, 1e-9);
+        }
+      }
+      EXPECT_NEAR(model.pose(39)->x, 3.8, 1e-9);  // the path goes on from where it was
+      EXPECT_NEAR(model.pose(39)->y, 0, 1e-9);
+      EXPECT_EQ(model.findings().jumps, 1);
+    }
+  }
+}
+
+TEST(OdometryModel, AFastCarAndALongPauseAreNoJumps) {
+  OdometryModel model;
+  double x = 0;
+  for (int i = 0; i < 40; ++i) {
+    x += i == 20 ? 150 : 3.5;  // 35 m/s; and ten seconds without a record
+    model.add(Odometry{from_seconds(0.1 * i + (i >= 20 ? 10 : 0)), {x, 0, 0}, {}, {}});
+  }
+  EXPECT_EQ(model.findings().jumps, 0);
+}
+
 TEST(OdometryModel, StampsInBurstsAndBackwards) {
   // Records of the scans that come in bursts of equal stamps, one of them an hour back: the
   // records belong to their scans, whatever the stamps say.

@@ -235,6 +235,45 @@ TEST(FrontEnd, WrongOdometryIsOverruled) {
   }
 }
 
+TEST(FrontEnd, WhatContradictsTheWheelsNeedsWitnesses) {
+  // The wheels stand. One or two scans that look like half a metre farther on are a person before
+  // the laser; a third one, and the robot was carried.
+  const Pose2 start = room().pose('a'), jump{0.5, 0, 0};
+  const MotionPrior standing{{}, 0.01, 0.01};
+  for (const int lies : {1, 2, 3}) {
+    FrontEnd front_end({});
+    int i = 0;
+    for (; i < 5; ++i) front_end.add(scan_at(start, i), standing);
+    for (int lie = 1; lie <= lies; ++lie) {
+      const FrontEndStep step = front_end.add(scan_at(start * jump, i++), standing);
+      EXPECT_EQ(step.held, lie < 3);
+      if (step.held) {
+        EXPECT_FALSE(step.key || step.broken);
+        EXPECT_LT(off(step.T_map_robot, {}), 0.05);
+      } else {
+        EXPECT_LT(off(step.T_map_robot, jump), 0.02);
+      }
+    }
+    if (lies == 3) continue;
+    const FrontEndStep back = front_end.add(scan_at(start, i++), standing);
+    EXPECT_LT(off(back.T_map_robot, {}), 0.01);
+    EXPECT_FALSE(back.held);
+    // Told anew, it begins to count anew.
+    EXPECT_TRUE(front_end.add(scan_at(start * jump, i), standing).held);
+  }
+}
+
+TEST(FrontEnd, WheelsThatSlipALittleAreOverruledAtOnce) {
+  const Pose2 start = room().pose('a');
+  for (const Pose2& slip : {Pose2{0.25, 0, 0}, Pose2{0, 0, 0.35}}) {
+    FrontEnd front_end({});
+    for (int i = 0; i < 5; ++i) front_end.add(scan_at(start, i), MotionPrior{{}, 0.01, 0.01});
+    const FrontEndStep step = front_end.add(scan_at(start * slip, 5), MotionPrior{{}, 0.01, 0.01});
+    EXPECT_FALSE(step.held);
+    EXPECT_LT(off(step.T_map_robot, slip), 0.02);
+  }
+}
+
 TEST(FrontEnd, BlindScansGoWithTheMotion) {
   FrontEnd front_end({});
   front_end.add(scan_at(room().pose('a'), 0), std::nullopt);
