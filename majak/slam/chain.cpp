@@ -97,6 +97,27 @@ Mat3 information_in_local_map(const KeyScans& keys, std::size_t k) {
   return keys[first && k + 1 < keys.size() ? k + 1 : k].match_information;
 }
 
+// The newest local map, begun by key scan `first`, hangs on the one before, which `before` began;
+// in a direction that matches left open it hangs on the key scan that began it, as that one does on
+// the wheels.
+void hang_on(graph::PoseGraph& graph, const KeyScans& keys, std::size_t before, std::size_t first) {
+  const int map = static_cast<int>(graph.poses.size()) - 1;
+  const Mat3 information =
+      Mat3(static_cast<double>(first - before) * Mat3(kDrift.asDiagonal())).inverse();
+  const Pose2 T = between(keys[before].T_front_robot, keys[first].T_front_robot);
+  const auto open = loose(keys[first]) ? std::optional(first) : newest_loose(keys, first);
+  if (!open) {
+    graph.edges.push_back({map - 1, map, T, information, false});
+    return;
+  }
+  const double turn = angle_diff(keys[*open].T_front_robot.theta, keys[first].T_front_robot.theta);
+  const Vec3 t = rotation3(turn) * loose(keys[*open])->direction;
+  const Mat3 along = t * t.transpose(), across = Mat3::Identity() - along;
+  graph.edges.push_back({map - 1, map, T, across * information * across + 1e-3 * along, false});
+  graph.edges.push_back(
+      {static_cast<int>(first), map, Pose2{}, t.dot(information * t) * along, false});
+}
+
 ChainGraph chain_graph(const KeyScans& keys) {
   ChainGraph chain;
   graph::PoseGraph& graph = chain.graph;
@@ -111,10 +132,7 @@ ChainGraph chain_graph(const KeyScans& keys) {
       graph.poses.push_back(keys[first].T_map_robot);
       chain.local_maps.push_back(first);
       if (first != k) {  // it took over from the map before
-        const Mat3 drift = static_cast<double>(first - map_key) * Mat3(kDrift.asDiagonal());
-        graph.edges.push_back({map - 1, map,
-                               between(keys[map_key].T_front_robot, keys[first].T_front_robot),
-                               drift.inverse(), false});
+        hang_on(graph, keys, map_key, first);
       } else {
         graph.edges.push_back({map, key, Pose2{}, information_in_local_map(keys, k), false});
       }

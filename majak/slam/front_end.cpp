@@ -98,6 +98,19 @@ void FrontEnd::follow(const match::ScanPoints& points, const MotionPrior& prior,
     step.match.T_map_robot = prior.habit ? pose_ : predicted;
 }
 
+// In a direction in which the laser knows less than the wheels, a better fit tells nothing: along
+// an empty corridor a scan fits best where the map's returns lie closest.
+bool FrontEnd::slides_off(const MotionPrior& motion, const match::Match& found) const {
+  if (motion.habit) return false;
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+  axes.computeDirect(found.information.topLeftCorner<2, 2>());
+  const double sigma = motion.sigma_translation;
+  const Vec2 off =
+      found.T_map_robot.translation() - (pose_ * motion.T_previous_robot).translation();
+  return axes.eigenvalues()(0) < 1 / (sigma * sigma) &&
+         std::abs(axes.eigenvectors().col(0).dot(off)) > kAgainst * sigma;
+}
+
 bool FrontEnd::against_wheels(const MotionPrior& motion, const Pose2& T_map_robot) const {
   if (motion.habit) return false;
   const Pose2 off = between(pose_ * motion.T_previous_robot, T_map_robot);
@@ -191,7 +204,8 @@ match::Match FrontEnd::search_window(const match::ScanPoints& points, const matc
   prior.T_map_robot = found->T_map_robot;
   prior.information.diagonal() << 100, 100, 100;
   const match::Match refined = match::align(points, active_, prior, options_.align);
-  return refined.score > tracked.score + 0.05 ? refined : tracked;
+  const bool better = refined.score > tracked.score + 0.05;
+  return better && !slides_off(motion, refined) ? refined : tracked;
 }
 
 void FrontEnd::begin_again() {

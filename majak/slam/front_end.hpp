@@ -71,6 +71,7 @@ class FrontEnd {
                        const MotionPrior& motion, bool gap);
   void follow(const match::ScanPoints& points, const MotionPrior& prior, bool gap,
               FrontEndStep& step);
+  bool slides_off(const MotionPrior& motion, const match::Match& found) const;
   bool against_wheels(const MotionPrior& motion, const Pose2& T_map_robot) const;
   bool told_before(const MotionPrior& motion, const match::Match& found);
   void begin_again();

@@ -122,23 +122,40 @@ void GraphSlam::place_scans(const std::vector<Mat3>& covariances) {
     match::BeamDirections directions;
     const std::size_t end = std::min(site_.scans.size(), (chunk + 1) * kChunk);
     for (std::size_t i = chunk * kChunk; i < end; ++i)
-      place_scan(site_.scans[i], keys_[key_of_[i]], covariances[key_of_[i]], map, align,
-                 directions);
+      place_scan(i, covariances, map, align, directions);
   });
 }
 
-void GraphSlam::place_scan(PosedScan& posed, const KeyScan& key, const Mat3& covariance,
+// The front end's way from the key scan before and that to the next one disagree by what the graph
+// has moved these; the scans between share it.
+Pose2 GraphSlam::between_keys(std::size_t scan, double& passed) const {
+  const auto seen_from = [&](const KeyScan& key) {
+    return key.T_map_robot * between(key.T_front_robot, site_.scans[scan].T_map_robot_front_end);
+  };
+  const std::size_t k = key_of_[scan];
+  passed = 0;
+  const Pose2 T = seen_from(keys_[k]);
+  if (k + 1 >= keys_.size() || keys_[k + 1].weak_step || scan < keys_[k].scan) return T;
+  passed = static_cast<double>(scan - keys_[k].scan) /
+           static_cast<double>(keys_[k + 1].scan - keys_[k].scan);
+  return interpolate(T, seen_from(keys_[k + 1]), passed);
+}
+
+void GraphSlam::place_scan(std::size_t scan, const std::vector<Mat3>& covariances,
                            const map::SurfelMap& map, const match::AlignOptions& align,
-                           match::BeamDirections& directions) const {
+                           match::BeamDirections& directions) {
+  PosedScan& posed = site_.scans[scan];
+  double passed = 0;
   match::PosePrior prior;
-  prior.T_map_robot = key.T_map_robot * between(key.T_front_robot, posed.T_map_robot_front_end);
+  prior.T_map_robot = between_keys(scan, passed);
   prior.information.diagonal() << 2500, 2500, 10000;
+  const std::size_t nearer = key_of_[scan] + (passed > 0.5 ? 1 : 0);
   const auto points = match::scan_points(posed.scan, options_.front_end.points, false, directions);
   const match::Match match = match::align(points, map, prior, align);
   Estimate& estimate = posed.estimate;
   estimate.T_map_robot = match.T_map_robot;
-  estimate.covariance =
-      scan_covariance(covariance, match, unseen_motion(site_.scans[key.scan], posed));
+  estimate.covariance = scan_covariance(covariances[nearer], match,
+                                        unseen_motion(site_.scans[keys_[nearer].scan], posed));
   posed.match_score = static_cast<float>(match.score);
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
   axes.computeDirect(match.information.topLeftCorner<2, 2>());

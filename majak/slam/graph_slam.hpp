@@ -53,9 +53,9 @@ class GraphSlam {
  private:
   void process(std::size_t index);
   void place_scans(const std::vector<Mat3>& covariances);
-  void place_scan(PosedScan& posed, const KeyScan& key, const Mat3& covariance,
-                  const map::SurfelMap& map, const match::AlignOptions& align,
-                  match::BeamDirections& directions) const;
+  Pose2 between_keys(std::size_t scan, double& passed) const;
+  void place_scan(std::size_t scan, const std::vector<Mat3>& covariances, const map::SurfelMap& map,
+                  const match::AlignOptions& align, match::BeamDirections& directions);
   void record_constraints();
 
   GraphSlamOptions options_;

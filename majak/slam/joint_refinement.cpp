@@ -2,6 +2,7 @@
 #include "majak/slam/joint_refinement.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -11,11 +12,16 @@
 #include "majak/map/surfel_map.hpp"
 #include "majak/match/point_to_line.hpp"
 #include "majak/slam/chain.hpp"
+#include "majak/slam/range_bias.hpp"
 
 namespace majak::slam {
 namespace {
 
 constexpr int kLeastInliers = 20;
+// All pairs share the laser's systematic error, so that a hundred of them tell of a direction which
+// it shifts no more than one. Counted as if each had an error of its own, they bent corridors that
+// were driven both ways.
+constexpr double kShared = 100;
 
 map::SurfelMapOptions target_options(double gate) {
   map::SurfelMapOptions o;
@@ -78,6 +84,12 @@ std::optional<graph::Edge> pair_edge(std::size_t j, std::size_t i, const PairSum
                      0.5 * (h + h.transpose()), false};
 }
 
+Mat3 with_common_error(const Mat3& information, const RangeBias::Columns& shift) {
+  const Mat3 covariance = kShared * shift * shift.transpose();
+  const Mat3 left = (Mat3::Identity() + information * covariance).inverse() * information;
+  return 0.5 * (left + left.transpose());
+}
+
 // Edges of one round, by target, and what they met.
 struct Round {
   std::vector<std::vector<graph::Edge>> edges;
@@ -93,6 +105,8 @@ Round pair_all(const KeyScans& keys, const std::vector<std::vector<std::size_t>>
                double gate, const JointRefinementOptions& options, Threads threads) {
   Round round{std::vector<std::vector<graph::Edge>>(keys.size()),
               std::vector<double>(keys.size(), 0), std::vector<double>(keys.size(), 0)};
+  std::vector<LaserView> views;
+  for (const KeyScan& key : keys) views.push_back(laser_view(key));
   constexpr std::size_t kChunk = 32;
   parallel_for(threads, (keys.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
     map::SurfelMap target(target_options(options.gate));
@@ -103,8 +117,10 @@ Round pair_all(const KeyScans& keys, const std::vector<std::vector<std::size_t>>
       for (const std::size_t i : sources[j]) {
         const Pose2 T_j_i = between(keys[j].T_map_robot, keys[i].T_map_robot);
         const PairSum sum = pair_up(keys[i].points, target, T_j_i, gate, options.cauchy);
-        const auto edge = pair_edge(j, i, sum, T_j_i, options.sigma);
+        auto edge = pair_edge(j, i, sum, T_j_i, options.sigma);
         if (!edge) continue;
+        edge->information = with_common_error(edge->information,
+                                              RangeBias::shift(keys[j], views[j], keys[i], gate));
         round.edges[j].push_back(*edge);
         round.cost[j] += sum.cost, round.weight[j] += sum.weight;
       }

@@ -13,8 +13,6 @@
 namespace majak::slam {
 namespace {
 
-constexpr double kAmplified =
-    1.55;  // fitted over simulated runs: a common error does more than its linear prediction
 constexpr double kPairGate = 0.075;  // m
 
 // An edge's measurement under each of the common errors: the law of the ranges, then the motion.
@@ -52,7 +50,7 @@ Shifts common_errors(const KeyScans& keys, const JointRefinement& refined,
       const auto columns =
           RangeBias::shift(keys[scans->first], views[scans->first], keys[scans->second], kPairGate);
       for (int c = 0; c < RangeBias::kCount; ++c)
-        shifts[static_cast<std::size_t>(c)][e] = kAmplified * columns.col(c);
+        shifts[static_cast<std::size_t>(c)][e] = columns.col(c);
     }
   }
   return shifts;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "majak/core/random.hpp"
+#include "majak/graph/marginals.hpp"
 
 namespace majak::slam {
 namespace {
@@ -232,6 +233,25 @@ Mat3 slow_information(const KeyScans& keys, std::size_t from, std::size_t to) {
     matched += j * keys[end].match_information.inverse() * j.transpose();
   }
   return matched.inverse() + moved.inverse();
+}
+
+TEST(ChainGraph, ThroughAnEmptyCorridorOnlyTheMotionCountsTheWay) {
+  // Five local maps deep in it: their taking over from each other tells nothing along it.
+  Ground ground;
+  ground.match = Vec3(0, 3e5, 1e6).asDiagonal();
+  ground.turn = 0;
+  KeyScans keys = chain(50, ground);
+  for (std::size_t k = 0; k < 50; ++k) {
+    keys[k].local_map = k < 20 ? 0 : k / 10 * 10 - 10;
+    keys[k].T_map_robot = keys[k].T_front_robot;
+  }
+  const graph::Marginals marginals(chain_graph(keys).graph);
+  const double motion = 1 / keys[1].motion_information(0, 0);
+  for (const int k : {15, 30, 49}) {
+    const Mat3& covariance = marginals.covariance(k);
+    EXPECT_NEAR(covariance(0, 0), k * motion, 0.15 * k * motion) << k;
+    EXPECT_LT(covariance(1, 1), 0.05 * covariance(0, 0));
+  }
 }
 
 TEST(ChainInformation, EqualsItsSlowTwin) {

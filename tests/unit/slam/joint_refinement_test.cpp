@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "majak/slam/chain.hpp"
+#include "majak/slam/range_bias.hpp"
 #include "tests/support/ascii_room.hpp"
 
 namespace majak::slam {
@@ -90,13 +91,14 @@ TEST(JointRefinement, PerturbedPosesReturnToTheTruth) {
   JointRefinementOptions options;
   options.rounds = 4;
   refine_jointly(w.keys, neighbours(w.keys), {}, options, {});
-  EXPECT_LT(worst_error(w.keys, w.truth), 0.002);
+  // The chain, as wrong as the poses, has its say: pairs share what the laser errs by.
+  EXPECT_LT(worst_error(w.keys, w.truth), 0.011);
 }
 
 TEST(JointRefinement, ThroughNoise) {
   Walk w = walk(10, 0.04, 0.01);
   refine_jointly(w.keys, neighbours(w.keys), {}, {}, {});
-  EXPECT_LT(worst_error(w.keys, w.truth), 0.008);
+  EXPECT_LT(worst_error(w.keys, w.truth), 0.013);
 }
 
 TEST(JointRefinement, TheTruthStays) {
@@ -216,6 +218,24 @@ TEST(JointRefinement, PairsThePartnersAndNoOthers) {
     EXPECT_EQ(result.chain.graph.edges.size(),
               chain_graph(keys).graph.edges.size() + expected.size());
   }
+}
+
+TEST(JointRefinement, PairsTellNoMoreThanOneOfWhatTheLasersErrorShifts) {
+  // However many returns: a hundred pairs together know such a direction as well as one shift does.
+  const Walk w = walk(12, 0);
+  KeyScans keys = w.keys;
+  const JointRefinement result = refine_jointly(keys, neighbours(keys), {}, {}, {});
+  ASSERT_GT(result.pairs.size(), 30U);
+  double most = 0;
+  for (const graph::Edge& edge : result.pairs) {
+    const KeyScan &target = w.keys[static_cast<std::size_t>(edge.from)],
+                  &source = w.keys[static_cast<std::size_t>(edge.to)];
+    const auto shift = RangeBias::shift(target, laser_view(target), source, 0.075);
+    for (int c = 0; c < RangeBias::kCount; ++c)
+      most = std::max(most, shift.col(c).dot(edge.information * shift.col(c)));
+  }
+  EXPECT_LT(most, 0.011);  // poses and gate are not quite those of the last round
+  EXPECT_GT(most, 0.005);
 }
 
 TEST(JointRefinement, TheTwoSidesOfAThinWallAreNotPaired) {
