@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "app/sheet.hpp"
 #include "majak/core/error.hpp"
 #include "majak/io/log_summary.hpp"
 #include "majak/io/source.hpp"
@@ -187,6 +188,7 @@ Json to_json(const InfoOptions& options, const io::Source& source, const LogSumm
 }
 
 void run(const InfoOptions& options) {
+  if (options.log == "lms291") return print_lms291_sheet(options.json);
   const auto source = io::open_log(options.log);
   LogSummary summary;
   while (const auto event = source->next()) summary.add(*event);
@@ -218,10 +220,9 @@ void add_info(CLI::App& app) {
       "Examples:\n"
       "  majak info intel.clf.bz2          what is in it\n"
       "  majak info victoria_park          a folder is a log, too\n"
-      "  majak info robot.log --json       the same for a script\n");
-  command
-      ->add_option("LOG", options->log, "CARMEN log (plain, gzip, bzip2) or Victoria Park folder")
-      ->required();
+      "  majak info robot.log --json       the same for a script\n"
+      "  majak info lms291                 the sheet of this sensor\n");
+  command->add_option("LOG", options->log, "a log, a recording or a folder; or lms291")->required();
   command->add_flag("--json", options->json, "print JSON");
   command->callback([options] { run(*options); });
 }

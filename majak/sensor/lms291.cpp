@@ -26,6 +26,13 @@ Variant variant_of_beams(int beams) {
               " beams: choose 181, 361, 101, 201 or 401");
 }
 
+double delivered_rate(const Variant& variant, int baud) {
+  constexpr int kEnvelope = 10;  // bytes of a telegram beside its values
+  const double bytes = 2.0 * variant.beams() + kEnvelope;
+  const double period = variant.turns() / kLms291.mirror_rate;
+  return 1.0 / (std::ceil(10.0 * bytes / baud / period) * period);
+}
+
 Duration beam_time(const Variant& variant, int beam) {
   const Duration turn = beam % variant.turns();
   // Hundredths of a degree from beam 0, exact in integers.

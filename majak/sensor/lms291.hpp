@@ -25,9 +25,15 @@ struct SensorSheet {
   double spot_at_window;       ///< m, diameter of the beam where it leaves
   double divergence;           ///< rad, growth of that diameter with range
   double wavelength;           ///< m
+  double supply;               ///< V
+  double supply_tolerance;     ///< share of it
+  double power;                ///< W
+  double mass;                 ///< kg
+  std::array<double, 3> size;  ///< m: width, depth, height
 };
 inline constexpr SensorSheet kLms291{75.0, 0.010, 0.035, 0.010,  80.0,
-                                     8.0,  30.0,  0.016, 0.0119, 905e-9};
+                                     8.0,  30.0,  0.016, 0.0119, 905e-9,
+                                     24.0, 0.15,  20,    4.5,    {0.155, 0.156, 0.210}};
 
 /// One turn of the mirror.
 inline constexpr Duration kMirrorTurn = 13'333'333;  // ns, 1/75 s
@@ -50,6 +56,10 @@ inline constexpr std::array<Variant, 5> kVariants{
 
 /// The variant that delivers this many beams (181, 361, 101, 201, 401); throws Error for others.
 Variant variant_of_beams(int beams);
+
+/// Scans a second that reach the host: a new telegram begins with the first scan that is ready when
+/// the line is free (telegram listing, table 10-17).
+double delivered_rate(const Variant& variant, int baud);
 
 /// When a beam was fired, after beam 0 of the same scan. Beam k belongs to turn k mod turns(),
 /// and within its turn the mirror takes 1/75 s for 360 degrees.

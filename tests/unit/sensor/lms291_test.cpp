@@ -93,6 +93,23 @@ RangeNoiseOptions only_statistical() {
   return o;
 }
 
+TEST(Lms291, TheLineDecidesHowManyScansArrive) {
+  // Telegram listing, table 10-17.
+  const struct {
+    Variant variant;
+    std::array<double, 4> rates;  // Hz at 9600, 19200, 38400, 500000 Bd
+  } table[] = {{{180, 100}, {2.50, 5.01, 9.38, 75.1}},
+               {{180, 50}, {1.29, 2.50, 4.69, 37.5}},
+               {{100, 25}, {1.17, 2.35, 4.69, 18.8}}};
+  for (const auto& row : table) {
+    int k = 0;
+    for (const int baud : {9600, 19200, 38400, 500000}) {
+      const double told = row.rates[static_cast<std::size_t>(k++)];
+      EXPECT_NEAR(delivered_rate(row.variant, baud), told, 0.01 * told) << baud;
+    }
+  }
+}
+
 TEST(RangeNoise, PerfectRangeIsTheTrueOne) {
   const RangeNoise noise(perfect_range(), RandomStream(1));
   RandomStream beam(2);
