@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,6 +17,12 @@ namespace {
 
 int milliseconds(Duration d) {
   return static_cast<int>(std::clamp<Duration>((d + 999'999) / 1'000'000, 0, 1'000'000));
+}
+
+// A socket whose peer has gone answers with a signal that ends the program, unless told not to.
+ssize_t write_some(int fd, std::span<const std::uint8_t> bytes) {
+  const ssize_t n = ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+  return n < 0 && errno == ENOTSOCK ? ::write(fd, bytes.data(), bytes.size()) : n;
 }
 
 }  // namespace
@@ -43,7 +50,7 @@ std::size_t Descriptor::read(std::span<std::uint8_t> bytes, const char* what) co
 void Descriptor::write(std::span<const std::uint8_t> bytes, const char* what,
                        Duration patience) const {
   while (!bytes.empty()) {
-    const ssize_t n = ::write(fd_, bytes.data(), bytes.size());
+    const ssize_t n = write_some(fd_, bytes);
     if (n > 0) {
       bytes = bytes.subspan(static_cast<std::size_t>(n));
       continue;
