@@ -9,6 +9,7 @@
 #include "app/evaluate.hpp"
 #include "app/info.hpp"
 #include "app/map.hpp"
+#include "app/record.hpp"
 #include "app/simulate.hpp"
 
 namespace majak::app {
@@ -32,6 +33,7 @@ class FirstLines : public CLI::Formatter {
 void add_commands(CLI::App& app) {
   add_map(app);
   add_info(app);
+  add_record(app);
   add_simulate(app);
   add_evaluate(app);
   app.formatter(std::make_shared<FirstLines>());

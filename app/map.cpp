@@ -16,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "app/live.hpp"
 #include "app/progress.hpp"
 #include "majak/core/error.hpp"
 #include "majak/draw/report.hpp"
@@ -23,6 +24,7 @@
 #include "majak/io/g2o.hpp"
 #include "majak/io/map_files.hpp"
 #include "majak/io/options_file.hpp"
+#include "majak/io/recording.hpp"
 #include "majak/io/site_file.hpp"
 #include "majak/io/site_graph.hpp"
 #include "majak/io/source.hpp"
@@ -45,6 +47,7 @@ constexpr const char* kHelp =
     "  majak map my.log --no-odometry           trusts the laser alone\n"
     "  majak map my.log --options office/options.toml   again with the options of a run\n"
     "  majak map my.log --without-loop 151-945  without a closure that the report lists\n"
+    "  majak map /dev/ttyUSB0 -o hall           live from the laser, until Ctrl-C\n"
     "\n"
     "The folder holds report.html (open this first), map.png, map.pgm + map.yaml, trajectory.tum,\n"
     "graph.g2o, summary.json, options.toml and site.majak, from which other commands start.\n";
@@ -54,6 +57,8 @@ struct MapOptions {
   std::vector<std::string> set, without_loops;
   bool no_odometry = false, no_loops = false, json = false;
   int threads = 0;
+  DeviceOptions device;
+  std::string record;  // also keep what the device sends
   slam::GraphSlamOptions slam;
   map::OccupancyGridOptions grid;
 };
@@ -125,12 +130,42 @@ Site finish(slam::GraphSlam& slam, const std::string& log) {
   }
 }
 
+// A log, or a device: the same calls on another source. What a device sends can be kept, too.
+class Input {
+ public:
+  explicit Input(const MapOptions& o) {
+    if (!is_device(o.log)) {
+      source_ = io::open_log(o.log);
+      return;
+    }
+    interrupt_ = std::make_unique<Interrupt>();
+    source_ = open_device(o.log, o.device, *interrupt_, [this](const sensor::LmsDelivery& d) {
+      if (recording_) recording_->add_telegram(sensor::encode(d.telegram), d.first_byte);
+    });
+    if (!o.record.empty()) recording_ = std::make_unique<io::RecordingWriter>(o.record);
+  }
+  std::optional<Event> next() {
+    auto event = source_->next();
+    if (!recording_) return event;
+    if (!event) recording_->close();
+    if (event)
+      if (const auto* scan = std::get_if<Scan>(&*event)) recording_->add_scan(*scan, live_clock());
+    return event;
+  }
+  const Report& report() const { return source_->report(); }
+
+ private:
+  std::unique_ptr<Interrupt> interrupt_;
+  std::unique_ptr<io::RecordingWriter> recording_;
+  std::unique_ptr<io::Source> source_;
+};
+
 Site map_log(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
-  const auto source = io::open_log(o.log);
+  Input source(o);
   slam::GraphSlam slam(o.slam, threads);
   Progress progress;
   std::int64_t scans = 0;
-  while (auto event = source->next()) {
+  while (auto event = source.next()) {
     scans += std::holds_alternative<Scan>(*event);
     slam.add(std::move(*event));
     progress.show("reading and matching", scans);
@@ -141,7 +176,7 @@ Site map_log(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
     throw Error(
         fmt::format("{}: no laser scans in this log; majak info tells what is in it", o.log));
   Site site = finish(slam, o.log);
-  for (const auto& [what, entry] : source->report().entries()) site.report.add(what, entry);
+  for (const auto& [what, entry] : source.report().entries()) site.report.add(what, entry);
   site.source_name = fs::path(o.log).filename().string();
   stopwatch.lap("refine");
   return site;
@@ -221,8 +256,11 @@ void run_map(MapOptions& o) {
 void add_map(CLI::App& app) {
   auto o = std::make_shared<MapOptions>();
   CLI::App* command = app.add_subcommand("map", kHelp);
-  command->add_option("LOG", o->log, "a log: CARMEN (plain, .gz, .bz2) or a Victoria Park folder")
+  command
+      ->add_option("LOG", o->log, "a log or recording of any kind, or a live device's serial port")
       ->required();
+  add_device_options(*command, o->device);
+  command->add_option("--record", o->record, "device: keep what it sends in this file, too");
   command->add_option("-o,--output", o->output,
                       "folder for the results (default: the log's name + -map)");
   command->add_flag("--no-odometry", o->no_odometry, "use the laser alone");

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/live.hpp"
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <utility>
+
+#include "majak/core/error.hpp"
+
+namespace majak::app {
+namespace {
+
+volatile std::sig_atomic_t interrupted = 0;  // a signal handler can reach nothing else
+
+extern "C" void on_signal(int) { interrupted = 1; }
+
+// "180/0.5"
+sensor::Variant variant_of(const std::string& text) {
+  int field = 0;
+  double step = 0;
+  char end = 0;
+  if (std::sscanf(text.c_str(), "%d/%lf%c", &field, &step, &end) == 2) {
+    const sensor::Variant wanted{field, static_cast<int>(std::lround(100 * step))};
+    for (const sensor::Variant& v : sensor::kVariants)
+      if (v == wanted) return v;
+  }
+  throw Error(fmt::format(
+      "--resolution {}: choose 180/1, 180/0.5, 100/1, 100/0.5 or 100/0.25 (degrees)", text));
+}
+
+sensor::Unit unit_of(const std::string& text) {
+  if (text == "cm") return sensor::Unit::centimetre;
+  if (text == "mm") return sensor::Unit::millimetre;
+  throw Error(fmt::format("--unit {}: choose cm or mm", text));
+}
+
+}  // namespace
+
+Interrupt::Interrupt() {
+  interrupted = 0;
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+}
+
+Interrupt::~Interrupt() {
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
+}
+
+bool Interrupt::pressed() const { return interrupted != 0; }
+
+Time live_clock() {
+  using namespace std::chrono;
+  static const auto offset =
+      duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count() -
+      duration_cast<nanoseconds>(steady_clock::now().time_since_epoch()).count();
+  return duration_cast<nanoseconds>(steady_clock::now().time_since_epoch()).count() + offset;
+}
+
+bool is_device(const std::string& name) {
+  std::error_code error;
+  return std::filesystem::is_character_file(name, error);
+}
+
+void add_device_options(CLI::App& command, DeviceOptions& options) {
+  command.add_option("--baud", options.baud, "device: Bd to stream at (500000 needs RS-422)")
+      ->check(CLI::IsMember({9600, 19200, 38400, 500000}));
+  command.add_option("--resolution", options.resolution,
+                     "device: field of view and step, 180/0.5 or the like (degrees)");
+  command.add_option("--unit", options.unit,
+                     "device: cm or mm; written to its EEPROM if different");
+  command.add_option("--duration", options.duration, "device: s, until Ctrl-C where not given")
+      ->check(CLI::NonNegativeNumber);
+}
+
+std::unique_ptr<io::LmsSource> open_device(
+    const std::string& port, const DeviceOptions& options, const Interrupt& interrupt,
+    std::function<void(const sensor::LmsDelivery&)> delivered) {
+  io::LmsSourceOptions source;
+  if (options.baud > 0) source.driver.baud = options.baud;
+  if (!options.resolution.empty()) source.driver.variant = variant_of(options.resolution);
+  if (!options.unit.empty()) source.driver.unit = unit_of(options.unit);
+  io::LiveHooks hooks;
+  hooks.clock = live_clock;
+  const Time end = options.duration > 0 ? live_clock() + from_seconds(options.duration) : 0;
+  hooks.stopped = [&interrupt, end] {
+    return interrupt.pressed() || (end > 0 && live_clock() >= end);
+  };
+  const bool people = ::isatty(STDERR_FILENO) != 0;
+  hooks.activity = [people](const std::string& what) {
+    if (people) fmt::print(stderr, "{}\n", what);
+  };
+  hooks.delivered = std::move(delivered);
+  return std::make_unique<io::LmsSource>(port, source, std::move(hooks));
+}
+
+}  // namespace majak::app

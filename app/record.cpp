@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/record.hpp"
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <ctime>
+#include <memory>
+#include <string>
+
+#include "app/live.hpp"
+#include "app/progress.hpp"
+#include "majak/core/error.hpp"
+#include "majak/io/recording.hpp"
+
+namespace majak::app {
+namespace {
+
+struct RecordOptions {
+  std::string port, output;
+  DeviceOptions device;
+};
+
+// "lms-20260714-183012.mcap"
+std::string default_name() {
+  const std::time_t now = std::time(nullptr);
+  std::tm t{};
+  localtime_r(&now, &t);
+  return fmt::format("lms-{:04}{:02}{:02}-{:02}{:02}{:02}.mcap", t.tm_year + 1900, t.tm_mon + 1,
+                     t.tm_mday, t.tm_hour, t.tm_min, t.tm_sec);
+}
+
+void run(const RecordOptions& o) {
+  if (!is_device(o.port))
+    throw Error(fmt::format(
+        "{}: is no serial port; majak record wants a device such as /dev/ttyUSB0", o.port));
+  const std::string name = o.output.empty() ? default_name() : o.output;
+  const Interrupt interrupt;
+  std::unique_ptr<io::RecordingWriter> recording;
+  const auto keep = [&](const sensor::LmsDelivery& d) {
+    recording->add_telegram(sensor::encode(d.telegram), d.first_byte);
+  };
+  const auto source = open_device(o.port, o.device, interrupt, keep);
+  recording = std::make_unique<io::RecordingWriter>(name);  // not before the port is there
+  {
+    Progress progress;
+    while (const auto event = source->next())
+      if (const auto* scan = std::get_if<Scan>(&*event)) {
+        recording->add_scan(*scan, live_clock());
+        progress.show("recording", recording->scans());
+      }
+  }
+  recording->close();
+  fmt::print("{} scans\n", recording->scans());
+  for (const auto& [what, entry] : source->report().entries())
+    fmt::print("  {} x {}\n", entry.count, what);
+  fmt::print("recording: {}\n", name);
+  if (recording->scans() == 0)
+    throw Error(fmt::format("{}: no scan came; majak {}", o.port, source->driver().activity()));
+}
+
+}  // namespace
+
+void add_record(CLI::App& app) {
+  auto options = std::make_shared<RecordOptions>();
+  CLI::App* command = app.add_subcommand(
+      "record",
+      "From a live SICK LMS-2xx into a recording (MCAP: ROS 2 LaserScan, and the telegrams).\n\n"
+      "Examples:\n"
+      "  majak record /dev/ttyUSB0                      until Ctrl-C\n"
+      "  majak record /dev/ttyUSB0 -o hall.mcap --duration 60\n"
+      "  majak record /dev/ttyUSB0 --baud 500000 --resolution 180/0.5\n\n"
+      "Nothing has to be known of the device: its rate is found, and it is waited for while it\n"
+      "boots. A recording that is cut off opens all the same, less its last second.\n");
+  command->add_option("PORT", options->port, "serial port")->required();
+  command->add_option("-o,--output", options->output, "the recording; default: lms-DATE-TIME.mcap");
+  add_device_options(*command, options->device);
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace majak::app

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Recording: what a laser sent, as an MCAP file that the tools of ROS 2 open: /scan holds
+// LaserScan messages, /lms/telegrams the bytes themselves, so that a recording can be played into
+// the emulator. It reads back as any other MCAP file.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "majak/core/event.hpp"
+#include "majak/io/mcap_writer.hpp"
+#include "majak/io/ros_messages.hpp"
+
+namespace majak::io {
+
+inline constexpr const char* kScanTopic = "/scan";
+inline constexpr const char* kTelegramTopic = "/lms/telegrams";
+inline constexpr const char* kLaserFrame = "laser";
+
+/// A scan as the message has it: angles and times are floats there. No return is +inf, a range that
+/// is not known NaN (REP 117).
+ros::LaserScan laser_scan_of(const Scan& scan);
+
+/// The definition of sensor_msgs/msg/LaserScan and what it needs, as MCAP files carry it.
+std::string laser_scan_definition();
+
+class RecordingWriter {
+ public:
+  /// An empty file in the place of whatever was there. Throws Error (path, cause).
+  explicit RecordingWriter(const std::string& path);
+
+  void add_scan(const Scan& scan, Time now);
+  /// A telegram with all its bytes.
+  void add_telegram(std::span<const std::uint8_t> bytes, Time first_byte);
+  /// What came until now survives a kill; done by itself once a second.
+  void flush();
+  void close();
+
+  std::int64_t scans() const { return scans_; }
+
+ private:
+  void flush_now_and_then(Time now);
+
+  GrowingFile file_;
+  McapWriter writer_;
+  std::uint16_t scan_channel_, telegram_channel_;
+  std::int64_t scans_ = 0;
+  std::optional<Time> flushed_;
+};
+
+}  // namespace majak::io
