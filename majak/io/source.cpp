@@ -8,6 +8,7 @@
 #include "majak/core/error.hpp"
 #include "majak/io/byte_stream.hpp"
 #include "majak/io/carmen_reader.hpp"
+#include "majak/io/ros_source.hpp"
 #include "majak/io/victoria_park.hpp"
 
 namespace majak::io {
@@ -35,32 +36,41 @@ std::string read_head(ByteStream& bytes) {
   if (!unpacking.empty())
     throw Error(name + ": no log could be unpacked; the file is damaged or cut off");
   if (head.empty()) throw Error(name + ": the file is empty");
-  if (head.starts_with("#ROSBAG"))
-    throw Error(name + ": a ROS bag; convert it to a CARMEN log first");
   throw Error(
       name +
-      ": no log that majak knows; looked for the messages of a CARMEN log (FLASER, ROBOTLASER1, "
-      "RAWLASER1, ODOM, PARAM ...), plain, gzip or bzip2");
+      ": no log that majak knows; looked for a ROS bag, an MCAP file and the messages of a CARMEN "
+      "log (FLASER, ROBOTLASER1, RAWLASER1, ODOM, PARAM ...), plain, gzip or bzip2");
 }
 
-std::unique_ptr<Source> open_folder(const std::filesystem::path& path) {
+/// For the formats in which a laser has no topic and a step that is known.
+void expect_no_options(const std::filesystem::path& path, const SourceOptions& options) {
+  if (!options.topic.empty()) throw Error(path.string() + ": --topic is for ROS recordings");
+  if (options.angle_step != 0) throw Error(path.string() + ": --angle-step is for ROS recordings");
+}
+
+std::unique_ptr<Source> open_folder(const std::filesystem::path& path,
+                                    const SourceOptions& options) {
   std::error_code error;
   std::filesystem::directory_iterator readable(path, error);
   if (error) throw Error(path.string() + ": the folder cannot be read: " + error.message());
+  if (auto source = open_ros(path, {}, options)) return source;
+  expect_no_options(path, options);
   if (auto source = open_victoria_park(path)) return source;
   throw Error(
       path.string() +
-      ": a folder without a log; looked for the Victoria Park files LASER.txt (or LASER.txt.gz) "
-      "and DRS.txt, GPS.txt, Sensors_manager.txt");
+      ": a folder without a log; looked for the metadata.yaml of a ROS 2 bag and for the Victoria "
+      "Park files LASER.txt (or LASER.txt.gz) and DRS.txt, GPS.txt, Sensors_manager.txt");
 }
 
 }  // namespace
 
-std::unique_ptr<Source> open_log(const std::filesystem::path& path) {
+std::unique_ptr<Source> open_log(const std::filesystem::path& path, const SourceOptions& options) {
   std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) return open_folder(path);
+  if (std::filesystem::is_directory(path, ignored)) return open_folder(path, options);
   auto [bytes, packing] = open_bytes(path);
   std::string head = read_head(*bytes);
+  if (auto source = open_ros(path, head, options)) return source;
+  expect_no_options(path, options);
   if (!looks_like_carmen(head)) refuse(path.string(), head, bytes->report());
   return std::make_unique<CarmenReader>(prepend(std::move(head), std::move(bytes)),
                                         std::string("CARMEN log") + packing_suffix(packing));

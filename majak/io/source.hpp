@@ -28,9 +28,17 @@ class Source {
   virtual const std::string& format() const = 0;
 };
 
+struct SourceOptions {
+  std::string topic;  ///< of the laser, where a ROS recording has more than one
+  double angle_step =
+      0;  ///< degrees between beams, where a recording states a wrong one; 0: as it is
+};
+
 /// Opens a log; its format is found by what is inside, never by its name: a CARMEN log (plain, gzip
-/// or bzip2) or a Victoria Park folder. Throws majak::Error, one line that names the file, when it
-/// cannot be read or is none of these.
-std::unique_ptr<Source> open_log(const std::filesystem::path& path);
+/// or bzip2), a Victoria Park folder, a ROS 1 bag, an MCAP file, a ROS 2 bag (SQLite file or
+/// folder). Throws majak::Error, one line that names the file, when it cannot be read or is none of
+/// these, or when an option is given that means nothing to it.
+std::unique_ptr<Source> open_log(const std::filesystem::path& path,
+                                 const SourceOptions& options = {});
 
 }  // namespace majak::io

@@ -74,7 +74,8 @@ TEST_F(OpenLog, ErrorsAreOneLineThatNamesTheFile) {
       {file("cut.gz", testing::gzip(kScan).substr(0, 12)), "no log could be unpacked"},
       {file("random", std::string("\x01\x02\x03 ODO", 7)), "no log that majak knows"},
       {file("text", "hello\nworld\n"), "FLASER"},
-      {file("bag", "#ROSBAG V2.0\n"), "ROS bag"},
+      {file("bag", "#ROSBAG V2.0\n"), "without messages"},
+      {file("old", "#ROSBAG V1.2\n"), "rosbag fix"},
       {folder_ / "missing", "No such file"},
       {folder_, "Victoria Park"}};
   for (const auto& [path, words] : cases) {
