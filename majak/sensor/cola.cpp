@@ -42,6 +42,17 @@ std::uint32_t big_endian(std::string_view bytes) {
   return value;
 }
 
+// As far as the bytes go: 02 02 02 02, a possible length, a kind.
+bool may_begin_b(std::span<const std::uint8_t> bytes) {
+  const auto stated = bytes.first(std::min<std::size_t>(bytes.size(), 4));
+  if (std::any_of(stated.begin(), stated.end(), [](auto byte) { return byte != kStart; }))
+    return false;
+  if (bytes.size() < kHeaderB) return true;
+  const std::size_t size = big_endian({reinterpret_cast<const char*>(bytes.data()) + 4, 4});
+  return size >= kKindLength && size <= ColaFramer::kLongestPayload &&
+         may_be_kind(bytes.subspan(kHeaderB));
+}
+
 // The whole word as a number; nothing if it is none.
 std::optional<std::int64_t> parse(std::string_view word, int base) {
   std::int64_t value = 0;
@@ -272,6 +283,7 @@ void ColaFramer::push(std::span<const std::uint8_t> bytes, Time now) {
 
 std::optional<ColaTelegram> ColaFramer::next() {
   while (begin_ < buffer_.size()) {
+    while (arrivals_.size() > 1 && arrivals_[1].at <= consumed_) arrivals_.pop_front();
     const auto rest = buffer_.begin() + static_cast<std::ptrdiff_t>(begin_);
     const auto garbage = std::find(rest, buffer_.end(), kStart) - rest;
     if (garbage > 0) {
@@ -326,14 +338,17 @@ ColaFramer::Look ColaFramer::look_a(ColaTelegram& found, std::size_t& length) {
 
 ColaFramer::Look ColaFramer::look_b(ColaTelegram& found, std::size_t& length) {
   const std::span bytes = std::span(buffer_).subspan(begin_);
-  for (std::size_t i = 1; i < std::min<std::size_t>(bytes.size(), 4); ++i) {
-    if (bytes[i] != kStart) return Look::none;
-  }
+  if (!may_begin_b(bytes)) return Look::none;
   if (bytes.size() < kHeaderB) return Look::wait;
   const auto* text = reinterpret_cast<const char*>(bytes.data());
   const std::size_t size = big_endian({text + 4, 4});
-  if (size < kKindLength || size > kLongestPayload || !may_be_kind(bytes.subspan(kHeaderB)))
+  // The sum is weak, and a wrong length would have us wait: another beginning inside tells more.
+  const std::size_t end = std::min(bytes.size(), kHeaderB + size);
+  for (std::size_t& i = scanned_; i + kHeaderB + kKindLength <= end; ++i) {
+    if (i < kHeaderB || bytes[i] != kStart || !may_begin_b(bytes.subspan(i))) continue;
+    report_.count("CoLa: telegram cut short by the next one or by garbage");
     return Look::none;
+  }
   if (bytes.size() < kHeaderB + size + 1) return Look::wait;
   const std::string_view payload(text + kHeaderB, size);
   if (checksum(payload) != bytes[kHeaderB + size]) {
@@ -350,7 +365,6 @@ void ColaFramer::consume(std::size_t bytes) {
   begin_ += bytes;
   consumed_ += bytes;
   scanned_ = 0;
-  while (arrivals_.size() > 1 && arrivals_[1].at <= consumed_) arrivals_.pop_front();
 }
 
 }  // namespace majak::sensor

@@ -133,7 +133,8 @@ class ColaFramer {
 
   std::vector<std::uint8_t> buffer_;
   std::size_t begin_ = 0;    ///< in buffer_, of what is not consumed
-  std::size_t scanned_ = 0;  ///< so many bytes of the text at begin_ are known not to end it
+  std::size_t scanned_ = 0;  ///< so many bytes from begin_ on are known to hold no other beginning
+                             ///< or end
   std::uint64_t consumed_ = 0;
   std::deque<Arrival> arrivals_;
   Report report_;
