@@ -32,7 +32,7 @@ struct ColaEmulatorOptions {
   std::uint32_t serial = 17'225'564;
   std::uint32_t password = 0xF4724744;
   std::uint32_t clock_start = 0;  ///< us that the device's clock shows at power-up
-  std::string name;               ///< sent with each scan where it is not empty
+  std::string name = {};          ///< sent with each scan where it is not empty
 };
 void describe(OptionFields& fields, ColaEmulatorOptions& options);
 

@@ -20,9 +20,10 @@ ColaChannel read_channel(ColaCursor& in, int bytes) {
   channel.start_angle = in.i32("a channel's start angle");
   channel.angle_step = in.u16("a channel's angular step");
   const std::size_t count = in.u16("a channel's number of values");
-  channel.raw.reserve(std::min(count, in.fields_at_most(static_cast<std::size_t>(bytes))));
+  const auto width = static_cast<std::size_t>(bytes);
+  channel.raw.reserve(std::min(count, in.fields_at_most(width)));
   while (channel.raw.size() < count) {
-    if (in.at_end())
+    if (in.fields_at_most(width) == 0)
       in.fail("ends after " + std::to_string(channel.raw.size()) + " of " + std::to_string(count) +
               " values of " + channel.name + "; the telegram was cut short");
     channel.raw.push_back(bytes == 1 ? in.u8("a value") : in.u16("a value"));

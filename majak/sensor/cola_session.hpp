@@ -24,8 +24,8 @@
 namespace majak::sensor {
 
 struct ColaSessionOptions {
-  std::optional<ColaDialect> dialect;   ///< nothing: both are tried
-  std::uint32_t password = 0xF4724744;  ///< of an authorized client, hashed; SICK's own
+  std::optional<ColaDialect> dialect = {};  ///< nothing: both are tried
+  std::uint32_t password = 0xF4724744;      ///< of an authorized client, hashed; SICK's own
   /// The telegrams' contents are set: first echo, RSSI with 16 bits, name. Not kept by the device.
   bool ask_intensities = false;
   double reply_time = 1.0;      ///< s, for an answer
@@ -132,12 +132,14 @@ class ColaSession {
   std::optional<ColaScan> last_;  ///< without its values
   std::deque<ColaDelivery> deliveries_;
   std::vector<std::uint8_t> output_;
-  std::string problem_, last_refusal_;
+  std::string problem_, trouble_;
   Counts counts_;
   Report report_;
 };
 
 /// "off", "looking for the device" ...
 const char* words(ColaSession::State state);
+/// What the device calls its state in the answer to STlms or SCdevicestate.
+const char* cola_state_words(bool is_scdevicestate, unsigned state);
 
 }  // namespace majak::sensor

@@ -156,7 +156,7 @@ TEST(ColaScan, RefusesOtherTelegramsAndNames) {
 // ---- real telegrams -------------------------------------------------------------------------
 
 std::string data_file(const char* name) {
-  std::filesystem::path folder = "../shared/data";
+  auto folder = std::filesystem::path(__FILE__).parent_path() / "../../../../shared/data";
   if (const char* set = std::getenv("MAJAK_DATA")) folder = set;
   std::ifstream in(folder / "sick" / name, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(in), {}};

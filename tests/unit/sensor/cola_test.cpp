@@ -67,6 +67,11 @@ TEST(Cola, WritesTheVectorsOfTheManuals) {
             hex("02 02 02 02 00 00 00 0f 73 57 4e 20 45 49 48 73 74 43 6f 6c 61 20 01 09"));
   EXPECT_EQ(W(kB, "sRN SCdevicestate").frame(),
             hex("02 02 02 02 00 00 00 11 73 52 4e 20 53 43 64 65 76 69 63 65 73 74 61 74 65 30"));
+  const auto contents = W(kB, "sWN LMDscandatacfg").u8(1).u8(0).u8(1).u8(1).u8(1).u8(1).u8(0).u8(0);
+  EXPECT_EQ(
+      bytes_of(W(contents).u8(0).u8(0).u8(0).u16(10).payload()),
+      hex("73 57 4e 20 4c 4d 44 73 63 61 6e 64 61 74 61 63 66 67 20 01 00 01 01 01 01 00 00 00 "
+          "00 00 00 0a"));
   EXPECT_EQ(W(ColaDialect::a, "sEN LMDscandata").u8(1).frame(),
             hex("02 73 45 4e 20 4c 4d 44 73 63 61 6e 64 61 74 61 20 31 03"));
   EXPECT_EQ(W(ColaDialect::a, "sMN SetAccessMode").u8(3, 2).u32(0xF4724744).payload(),
