@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/sensor/lms_scan.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "majak/core/error.hpp"
@@ -86,6 +88,19 @@ LmsValues decode_values(const LmsScan& scan, int measuring_mode) {
     out.reflector.push_back(static_cast<std::uint8_t>(above >> layout->fields & reflector_mask));
   }
   return out;
+}
+
+std::uint16_t encode_value(double range, Unit unit, int measuring_mode) {
+  const auto layout = value_layout(measuring_mode);
+  if (!layout) return 0;
+  const unsigned first_code = layout->first_code();
+  const auto code = [&](ValueCode c) {
+    return static_cast<std::uint16_t>(first_code + static_cast<unsigned>(c));
+  };
+  if (std::isnan(range)) return code(ValueCode::too_weak);
+  if (std::isinf(range)) return code(ValueCode::no_echo);
+  const double steps = std::max(1.0, std::round(range / metres(unit)));
+  return steps < first_code ? static_cast<std::uint16_t>(steps) : code(ValueCode::too_far);
 }
 
 namespace {

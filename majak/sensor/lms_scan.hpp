@@ -91,6 +91,10 @@ struct LmsValues {
 /// is no distance; a dazzled one is not believed.
 LmsValues decode_values(const LmsScan& scan, int measuring_mode);
 
+/// The value that a device sends for a range: not a number is too weak an echo, infinity none.
+/// In a measuring mode without distances: always the same.
+std::uint16_t encode_value(double range, Unit unit, int measuring_mode);
+
 /// Whether the number of values is the one that a device set to this variant sends.
 bool fits(const LmsScan& scan, const Variant& variant);
 
