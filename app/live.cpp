@@ -12,9 +12,13 @@
 #include <utility>
 
 #include "majak/core/error.hpp"
+#include "majak/io/cola_source.hpp"
+#include "majak/io/lms_source.hpp"
 
 namespace majak::app {
 namespace {
+
+constexpr std::uint16_t kColaPort = 2112;
 
 volatile std::sig_atomic_t interrupted = 0;  // a signal handler can reach nothing else
 
@@ -65,7 +69,11 @@ Time live_clock() {
 
 bool is_device(const std::string& name) {
   std::error_code error;
-  return std::filesystem::is_character_file(name, error);
+  return name.starts_with("tcp://") || std::filesystem::is_character_file(name, error);
+}
+
+std::string telegrams_of(const std::string& device) {
+  return device.starts_with("tcp://") ? "sick-cola" : "sick-lms2xx";
 }
 
 void add_device_options(CLI::App& command, DeviceOptions& options) {
@@ -79,13 +87,8 @@ void add_device_options(CLI::App& command, DeviceOptions& options) {
       ->check(CLI::NonNegativeNumber);
 }
 
-std::unique_ptr<io::LmsSource> open_device(
-    const std::string& port, const DeviceOptions& options, const Interrupt& interrupt,
-    std::function<void(const sensor::LmsDelivery&)> delivered) {
-  io::LmsSourceOptions source;
-  if (options.baud > 0) source.driver.baud = options.baud;
-  if (!options.resolution.empty()) source.driver.variant = variant_of(options.resolution);
-  if (!options.unit.empty()) source.driver.unit = unit_of(options.unit);
+std::unique_ptr<io::Source> open_device(const std::string& port, const DeviceOptions& options,
+                                        const Interrupt& interrupt, KeepTelegram telegram) {
   io::LiveHooks hooks;
   hooks.clock = live_clock;
   const Time end = options.duration > 0 ? live_clock() + from_seconds(options.duration) : 0;
@@ -96,7 +99,13 @@ std::unique_ptr<io::LmsSource> open_device(
   hooks.activity = [people](const std::string& what) {
     if (people) fmt::print(stderr, "{}\n", what);
   };
-  hooks.delivered = std::move(delivered);
+  hooks.telegram = std::move(telegram);
+  if (const auto address = io::parse_tcp(port, kColaPort))
+    return std::make_unique<io::ColaSource>(*address, io::ColaSourceOptions{}, std::move(hooks));
+  io::LmsSourceOptions source;
+  if (options.baud > 0) source.driver.baud = options.baud;
+  if (!options.resolution.empty()) source.driver.variant = variant_of(options.resolution);
+  if (!options.unit.empty()) source.driver.unit = unit_of(options.unit);
   return std::make_unique<io::LmsSource>(port, source, std::move(hooks));
 }
 

@@ -6,7 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "majak/io/lms_source.hpp"
+#include "majak/io/live_hooks.hpp"
+#include "majak/io/source.hpp"
 
 namespace CLI {
 class App;
@@ -27,8 +28,11 @@ class Interrupt {
 /// ns since 1970 at the start, from then on by a clock that nobody sets back.
 Time live_clock();
 
-/// A serial port, and no file to be read.
+/// A serial port or tcp://host, and no file to be read.
 bool is_device(const std::string& name);
+
+/// How a device's telegrams are encoded, for a recording.
+std::string telegrams_of(const std::string& device);
 
 /// How a device is to be set; the command line's words for it.
 struct DeviceOptions {
@@ -39,10 +43,11 @@ struct DeviceOptions {
 };
 void add_device_options(CLI::App& command, DeviceOptions& options);
 
-/// Throws Error for words that mean nothing, and where the port cannot be opened. `delivered` as in
+using KeepTelegram = std::function<void(std::span<const std::uint8_t>, Time)>;
+
+/// Throws Error for words that mean nothing, and where the port cannot be opened. `telegram` as in
 /// io::LiveHooks. `interrupt` must outlive the source.
-std::unique_ptr<io::LmsSource> open_device(
-    const std::string& port, const DeviceOptions& options, const Interrupt& interrupt,
-    std::function<void(const sensor::LmsDelivery&)> delivered = {});
+std::unique_ptr<io::Source> open_device(const std::string& port, const DeviceOptions& options,
+                                        const Interrupt& interrupt, KeepTelegram telegram);
 
 }  // namespace majak::app

@@ -139,10 +139,12 @@ class Input {
       return;
     }
     interrupt_ = std::make_unique<Interrupt>();
-    source_ = open_device(o.log, o.device, *interrupt_, [this](const sensor::LmsDelivery& d) {
-      if (recording_) recording_->add_telegram(sensor::encode(d.telegram), d.first_byte);
-    });
-    if (!o.record.empty()) recording_ = std::make_unique<io::RecordingWriter>(o.record);
+    source_ = open_device(o.log, o.device, *interrupt_,
+                          [this](std::span<const std::uint8_t> telegram, Time first_byte) {
+                            if (recording_) recording_->add_telegram(telegram, first_byte);
+                          });
+    if (!o.record.empty())
+      recording_ = std::make_unique<io::RecordingWriter>(o.record, telegrams_of(o.log));
   }
   std::optional<Event> next() {
     auto event = source_->next();

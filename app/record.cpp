@@ -32,16 +32,17 @@ std::string default_name() {
 
 void run(const RecordOptions& o) {
   if (!is_device(o.port))
-    throw Error(fmt::format(
-        "{}: is no serial port; majak record wants a device such as /dev/ttyUSB0", o.port));
+    throw Error(
+        fmt::format("{}: is no device; majak record wants a serial port or tcp://host", o.port));
   const std::string name = o.output.empty() ? default_name() : o.output;
   const Interrupt interrupt;
   std::unique_ptr<io::RecordingWriter> recording;
-  const auto keep = [&](const sensor::LmsDelivery& d) {
-    recording->add_telegram(sensor::encode(d.telegram), d.first_byte);
+  const auto keep = [&](std::span<const std::uint8_t> telegram, Time first_byte) {
+    recording->add_telegram(telegram, first_byte);
   };
   const auto source = open_device(o.port, o.device, interrupt, keep);
-  recording = std::make_unique<io::RecordingWriter>(name);  // not before the port is there
+  recording = std::make_unique<io::RecordingWriter>(
+      name, telegrams_of(o.port));  // not before the port is there
   {
     Progress progress;
     while (const auto event = source->next())
@@ -56,7 +57,7 @@ void run(const RecordOptions& o) {
     fmt::print("  {} x {}\n", entry.count, what);
   fmt::print("recording: {}\n", name);
   if (recording->scans() == 0)
-    throw Error(fmt::format("{}: no scan came; majak {}", o.port, source->driver().activity()));
+    throw Error(fmt::format("{}: no scan came; docs/SENSOR.md tells what to look at", o.port));
 }
 
 }  // namespace
@@ -65,14 +66,18 @@ void add_record(CLI::App& app) {
   auto options = std::make_shared<RecordOptions>();
   CLI::App* command = app.add_subcommand(
       "record",
-      "From a live SICK LMS-2xx into a recording (MCAP: ROS 2 LaserScan, and the telegrams).\n\n"
+      "From a live SICK laser into a recording (MCAP: ROS 2 LaserScan, and the telegrams).\n\n"
       "Examples:\n"
       "  majak record /dev/ttyUSB0                      until Ctrl-C\n"
       "  majak record /dev/ttyUSB0 -o hall.mcap --duration 60\n"
-      "  majak record /dev/ttyUSB0 --baud 500000 --resolution 180/0.5\n\n"
+      "  majak record /dev/ttyUSB0 --baud 500000 --resolution 180/0.5\n"
+      "  majak record tcp://192.168.0.1                 an LMS1xx, LMS5xx or TiM\n\n"
       "Nothing has to be known of the device: its rate is found, and it is waited for while it\n"
       "boots. A recording that is cut off opens all the same, less its last second.\n");
-  command->add_option("PORT", options->port, "serial port")->required();
+  command
+      ->add_option("PORT", options->port,
+                   "serial port, or tcp://host:port of an LMS1xx, LMS5xx, TiM")
+      ->required();
   command->add_option("-o,--output", options->output, "the recording; default: lms-DATE-TIME.mcap");
   add_device_options(*command, options->device);
   command->callback([options] { run(*options); });

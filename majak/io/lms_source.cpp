@@ -15,9 +15,6 @@
 namespace majak::io {
 namespace {
 
-constexpr Duration kAtMost = kSecond / 10;  // between two looks at stopped()
-constexpr Duration kReopenEvery = kSecond / 2;
-
 void sleep_for(Duration d) { std::this_thread::sleep_for(std::chrono::nanoseconds(d)); }
 
 }  // namespace
@@ -33,7 +30,8 @@ LmsSource::LmsSource(const std::string& device, const LmsSourceOptions& options,
 std::optional<Event> LmsSource::next() {
   while (!hooks_.stopped()) {
     while (const auto delivery = driver_.next()) {
-      if (hooks_.delivered) hooks_.delivered(*delivery);
+      if (hooks_.telegram)
+        hooks_.telegram(sensor::encode(delivery->telegram), delivery->first_byte);
       if (auto event = scan_of(*delivery)) return event;
     }
     if (port_) {
@@ -54,7 +52,7 @@ std::optional<Event> LmsSource::next() {
 void LmsSource::serve() {
   if (baud_ != driver_.baud()) port_->set_baud(baud_ = driver_.baud());
   send();
-  const Duration wait = std::clamp<Duration>(driver_.wake_at() - hooks_.clock(), 0, kAtMost);
+  const Duration wait = std::clamp<Duration>(driver_.wake_at() - hooks_.clock(), 0, kLivePatience);
   std::array<std::uint8_t, 4096> buffer;
   const auto ready = port_->wait_readable(wait);
   if (ready != Descriptor::Ready::no) {
@@ -77,7 +75,7 @@ void LmsSource::send() {
 
 void LmsSource::reopen() {
   const Time now = hooks_.clock();
-  if (now < next_try_) return sleep_for(std::min(next_try_ - now, kAtMost));
+  if (now < next_try_) return sleep_for(std::min(next_try_ - now, kLivePatience));
   next_try_ = now + kReopenEvery;
   try {
     port_.emplace(device_);

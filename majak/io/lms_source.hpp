@@ -3,11 +3,11 @@
 // as it takes, and for its cable when that is pulled out.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 
+#include "majak/io/live_hooks.hpp"
 #include "majak/io/serial_port.hpp"
 #include "majak/io/source.hpp"
 #include "majak/sensor/lms_driver.hpp"
@@ -16,14 +16,6 @@ namespace majak::io {
 
 struct LmsSourceOptions {
   sensor::LmsDriverOptions driver;
-};
-
-/// What the world outside gives: the library has no clock of its own.
-struct LiveHooks {
-  std::function<Time()> clock;                       ///< now, in ns since 1970, never backwards
-  std::function<bool()> stopped;                     ///< true ends the source
-  std::function<void(const std::string&)> activity;  ///< what it is busy with, where that changes
-  std::function<void(const sensor::LmsDelivery&)> delivered;  ///< each telegram, before its scan
 };
 
 class LmsSource : public Source {

@@ -1,32 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/io/recording.hpp"
 
-#include <cmath>
+#include "majak/io/ros_scan.hpp"
 
 namespace majak::io {
 namespace {
 
 constexpr Duration kFlushEvery = kSecond;
-constexpr float kLeastRange = 0.01F;  // m; a device sends 0 for "not measured"
-
 const std::string kRule(80, '=');
 
 }  // namespace
-
-ros::LaserScan laser_scan_of(const Scan& scan) {
-  ros::LaserScan m;
-  m.header.stamp = scan.time;
-  m.header.frame = kLaserFrame;
-  const std::size_t n = scan.ranges.size();
-  m.angle_min = static_cast<float>(scan.start_angle);
-  m.angle_increment = static_cast<float>(scan.angle_step);
-  m.angle_max = static_cast<float>(scan.angle(n > 0 ? n - 1 : 0));
-  m.range_min = kLeastRange;
-  m.range_max = scan.max_range;
-  m.ranges = scan.ranges;
-  m.intensities = scan.intensities;
-  return m;
-}
 
 std::string laser_scan_definition() {
   return "std_msgs/Header header\n"
@@ -49,7 +32,7 @@ std::string laser_scan_definition() {
          "uint32 nanosec\n";
 }
 
-RecordingWriter::RecordingWriter(const std::string& path)
+RecordingWriter::RecordingWriter(const std::string& path, const std::string& telegrams)
     : file_(path),
       writer_([this](std::string_view bytes) { file_.write(bytes); }),
       scan_channel_(writer_.add_channel({.topic = kScanTopic,
@@ -59,14 +42,14 @@ RecordingWriter::RecordingWriter(const std::string& path)
                                          .schema_text = laser_scan_definition(),
                                          .metadata = {}})),
       telegram_channel_(writer_.add_channel({.topic = kTelegramTopic,
-                                             .encoding = "sick-lms2xx",
+                                             .encoding = telegrams,
                                              .schema = "",
                                              .schema_encoding = "",
                                              .schema_text = "",
                                              .metadata = {}})) {}
 
 void RecordingWriter::add_scan(const Scan& scan, Time now) {
-  writer_.write(scan_channel_, now, scan.time, ros::encode(laser_scan_of(scan)));
+  writer_.write(scan_channel_, now, scan.time, ros::encode(message_of(scan, kLaserFrame)));
   ++scans_;
   flush_now_and_then(now);
 }

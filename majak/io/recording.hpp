@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Recording: what a laser sent, as an MCAP file that the tools of ROS 2 open: /scan holds
-// LaserScan messages, /lms/telegrams the bytes themselves, so that a recording can be played into
+// LaserScan messages, /telegrams the device's own bytes, so that a recording can be played into
 // the emulator. It reads back as any other MCAP file.
 #pragma once
 
@@ -16,20 +16,17 @@
 namespace majak::io {
 
 inline constexpr const char* kScanTopic = "/scan";
-inline constexpr const char* kTelegramTopic = "/lms/telegrams";
+inline constexpr const char* kTelegramTopic = "/telegrams";
 inline constexpr const char* kLaserFrame = "laser";
-
-/// A scan as the message has it: angles and times are floats there. No return is +inf, a range that
-/// is not known NaN (REP 117).
-ros::LaserScan laser_scan_of(const Scan& scan);
 
 /// The definition of sensor_msgs/msg/LaserScan and what it needs, as MCAP files carry it.
 std::string laser_scan_definition();
 
 class RecordingWriter {
  public:
-  /// An empty file in the place of whatever was there. Throws Error (path, cause).
-  explicit RecordingWriter(const std::string& path);
+  /// An empty file in the place of whatever was there. Throws Error (path, cause). `telegrams`: how
+  /// they are encoded, "sick-lms2xx" or "sick-cola".
+  RecordingWriter(const std::string& path, const std::string& telegrams);
 
   void add_scan(const Scan& scan, Time now);
   /// A telegram with all its bytes.
