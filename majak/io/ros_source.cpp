@@ -18,7 +18,8 @@ const char* const kNoStamp = "messages without a stamp; the time of recording us
 const char* const kClocks =
     "messages of laser and odometry are stamped by different clocks; times of recording used";
 const char* const kNoMounting =
-    "scans whose frame tf does not place on the robot; the laser is taken as the robot's centre";
+    "scans whose frame tf does not place on the robot; the laser is taken as the robot's centre "
+    "(--mounting places it)";
 const char* const kUpsideDown = "scans of a laser that hangs upside down; mirrored";
 const char* const kNoFix = "satellite messages without a fix; left out";
 const char* const kBadPose = "odometry whose pose is no number; left out";
@@ -32,6 +33,7 @@ constexpr const char* kBackwards[3] = {"scan stamps that run backwards; order of
 RosSource::RosSource(const OpenMessages& open, std::string format, const SourceOptions& options)
     : format_(std::move(format)),
       survey_(survey_recording(open, options.topic)),
+      T_robot_laser_(options.T_robot_laser),
       log_(open(Depth::messages)),
       frames_(survey_.frames) {
   if (options.angle_step != 0) {
@@ -62,14 +64,16 @@ void RosSource::add_stamped(Event event, Time recorded) {
 }
 
 Mounting RosSource::mounting(const std::string& laser_frame) {
-  if (laser_frame == survey_.robot_frame) return {};
-  const auto placed = frames_.find(survey_.robot_frame, laser_frame);
-  if (!placed) {
-    report_.count(kNoMounting, records_);
-    return {};
+  Mounting mounting;
+  if (laser_frame != survey_.robot_frame) {
+    const auto placed = frames_.find(survey_.robot_frame, laser_frame);
+    if (placed) mounting = mounting_of(*placed);
+    // Where there is a laser and nothing else, it is the robot.
+    const bool matters = !survey_.odometry_topic.empty() || survey_.odometry_from_tf;
+    if (!placed && !T_robot_laser_ && matters) report_.count(kNoMounting, records_);
   }
-  const Mounting mounting = mounting_of(*placed);
   if (mounting.upside_down) report_.count(kUpsideDown, records_);
+  if (T_robot_laser_) mounting.T_robot_laser = *T_robot_laser_;
   return mounting;
 }
 

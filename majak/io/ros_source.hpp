@@ -43,6 +43,7 @@ class RosSource final : public Source {
   std::string format_;
   RosSurvey survey_;
   RosScanOptions scan_options_;
+  std::optional<Pose2> T_robot_laser_;  ///< as the user says
   std::unique_ptr<MessageLog> log_;
   FrameTree frames_;
   std::optional<LocalFrame> plane_;

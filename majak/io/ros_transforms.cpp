@@ -99,9 +99,4 @@ std::string FrameTree::parent_of(const std::string& child) const {
   return link == links_.end() ? std::string() : link->second.parent;
 }
 
-bool FrameTree::has_parent(const std::string& parent) const {
-  return std::any_of(links_.begin(), links_.end(),
-                     [&](const auto& link) { return link.second.parent == parent; });
-}
-
 }  // namespace majak::io

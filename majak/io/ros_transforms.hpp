@@ -48,7 +48,6 @@ class FrameTree {
   std::optional<Motion3> find(const std::string& parent, const std::string& child) const;
   /// The frame that this one was placed in; empty at a root.
   std::string parent_of(const std::string& child) const;
-  bool has_parent(const std::string& parent) const;
 
  private:
   struct Link {

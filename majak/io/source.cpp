@@ -46,6 +46,7 @@ std::string read_head(ByteStream& bytes) {
 void expect_no_options(const std::filesystem::path& path, const SourceOptions& options) {
   if (!options.topic.empty()) throw Error(path.string() + ": --topic is for ROS recordings");
   if (options.angle_step != 0) throw Error(path.string() + ": --angle-step is for ROS recordings");
+  if (options.T_robot_laser) throw Error(path.string() + ": --mounting is for ROS recordings");
 }
 
 std::unique_ptr<Source> open_folder(const std::filesystem::path& path,

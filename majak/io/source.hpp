@@ -28,10 +28,11 @@ class Source {
   virtual const std::string& format() const = 0;
 };
 
+/// What to believe instead of what a ROS recording or a Player log says.
 struct SourceOptions {
-  std::string topic;  ///< of the laser, where a ROS recording has more than one
-  double angle_step =
-      0;  ///< degrees between beams, where a recording states a wrong one; 0: as it is
+  std::string topic;                     ///< of the laser, where a ROS recording has more than one
+  double angle_step = 0;                 ///< degrees between beams; 0: as stated
+  std::optional<Pose2> T_robot_laser{};  ///< where the laser stands on the robot; absent: as stated
 };
 
 /// Opens a log; its format is found by what is inside, never by its name: a CARMEN log (plain, gzip
