@@ -6,6 +6,7 @@
 #include <sstream>
 #include <string>
 
+#include "app/emulate.hpp"
 #include "app/evaluate.hpp"
 #include "app/info.hpp"
 #include "app/map.hpp"
@@ -34,6 +35,7 @@ void add_commands(CLI::App& app) {
   add_map(app);
   add_info(app);
   add_record(app);
+  add_emulate(app);
   add_simulate(app);
   add_evaluate(app);
   app.formatter(std::make_shared<FirstLines>());
