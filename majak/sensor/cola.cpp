@@ -326,7 +326,7 @@ ColaFramer::Look ColaFramer::look_a(ColaTelegram& found, std::size_t& length) {
   while (i < limit && bytes[i] >= ' ') ++i;
   scanned_ = i;
   if (i == limit) return limit == bytes.size() ? Look::wait : Look::none;
-  if (bytes[i] != kEnd || i < 1 + kKindLength) {
+  if (bytes[i] != kEnd) {
     report_.count("CoLa: telegram cut short by the next one or by garbage");
     return Look::none;
   }

@@ -33,9 +33,9 @@ ColaChannel read_channel(ColaCursor& in, int bytes) {
 
 std::vector<ColaChannel> read_channels(ColaCursor& in, int bytes) {
   std::vector<ColaChannel> channels;
-  const int count = in.u16(bytes == 1 ? "the number of 8-bit channels"  //
-                                      : "the number of 16-bit channels");
-  for (int i = 0; i < count; ++i) channels.push_back(read_channel(in, bytes));
+  const std::size_t count =
+      in.u16(bytes == 1 ? "the number of 8-bit channels" : "the number of 16-bit channels");
+  while (channels.size() < count) channels.push_back(read_channel(in, bytes));
   return channels;
 }
 

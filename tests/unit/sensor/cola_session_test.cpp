@@ -247,8 +247,28 @@ TEST(ColaSession, AnyAnswerMayBeLost) {
       wire.run(40 * kSecond);
       EXPECT_TRUE(wire.streaming()) << head << " lost " << times << ": " << wire.session.activity();
       EXPECT_FALSE(wire.scans.empty());
+      // One is said again; after three in vain everything is.
+      const bool is_needed = std::string(head) != "sRA SCdevicestate" && head[1] != 'E';
+      EXPECT_EQ(wire.session.report().entries().count("CoLa: commands without an answer"),
+                is_needed && times == 4 ? 1U : 0U)
+          << head;
     }
   }
+}
+
+TEST(ColaSession, AsksTwiceForTheMeasurementThenSeesWhetherScansCome) {
+  ColaWire wire({}, {});
+  wire.change = [](std::vector<std::uint8_t>& said) {
+    ColaFramer framer;
+    framer.push(said, 0);
+    const auto t = framer.next();
+    if (t && t->is("sRA STlms")) said = ColaWriter(t->dialect, "sRA STlms").u16(6).frame();
+  };
+  wire.run(9 * kSecond);
+  EXPECT_EQ(wire.session.activity(), "waiting until the device measures (it says: ready)");
+  wire.run(30 * kSecond);
+  EXPECT_TRUE(wire.streaming());
+  EXPECT_EQ(wire.session.counts().logins, 2);
 }
 
 TEST(ColaSession, ScansMayComeBeforeTheConfirmation) {
