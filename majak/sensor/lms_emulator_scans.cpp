@@ -52,7 +52,7 @@ std::vector<double> LmsEmulator::ranges(const Wish& wish, Time now) const {
   std::vector<double> sum(beams);
   std::vector<int> valid(beams);
   for (int s = scans; s > 0; --s) {
-    const auto one = source_(now - s * variant_.turns() * turn, variant_);
+    auto one = source_(now - s * variant_.turns() * turn, variant_);
     if (scans == 1) return one;
     for (std::size_t i = 0; i < std::min(beams, one.size()); ++i) {
       if (!std::isfinite(one[i])) continue;

@@ -93,24 +93,11 @@ Telegram tell_variant_result(const VariantResult& result, const Sender& from) {
 namespace {
 
 constexpr std::size_t kStatusSize = 152;
-enum : std::size_t {
-  kFirmwareAt = 0,
-  kModeAt = 7,
-  kDefectAt = 8,
-  kSerialAt = 9,
-  kPollutionAt = 18,
-  kPollutionCalibrationAt = 42,
-  kMotorAt = 66,
-  kMeasuringModeAt = 101,
-  kFieldOfViewAt = 106,
-  kResolutionAt = 108,
-  kBaudAt = 115,
-  kPermanentBaudAt = 118,
-  kAddressAt = 119,
-  kUnitAt = 121,
-  kLaserOnAt = 122,
-  kBootFirmwareAt = 123,
-};
+constexpr std::size_t kFirmwareAt = 0, kModeAt = 7, kDefectAt = 8, kSerialAt = 9, kPollutionAt = 18,
+                      kPollutionCalibrationAt = 42, kMotorAt = 66, kMeasuringModeAt = 101,
+                      kFieldOfViewAt = 106, kResolutionAt = 108, kBaudAt = 115,
+                      kPermanentBaudAt = 118, kAddressAt = 119, kUnitAt = 121, kLaserOnAt = 122,
+                      kBootFirmwareAt = 123;
 constexpr std::size_t kVersionLength = 7, kSerialLength = 8;
 
 /// The UART's divider: the true rate is 1 MHz / (low byte + 1).

@@ -53,7 +53,6 @@ std::optional<Layout> layout_of(std::uint8_t code) {
     case Reply::mean_subrange_scan:
       return Layout{true, true, false};
     case Reply::fields_scan:
-      return Layout{false, true, false};
     case Reply::reflectivity_scan:
       return Layout{false, true, false};
     case Reply::s14_scan:
