@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "app/log_options.hpp"
 #include "app/sheet.hpp"
 #include "majak/core/error.hpp"
 #include "majak/io/log_summary.hpp"
@@ -23,6 +24,7 @@ using io::StampSummary;
 
 struct InfoOptions {
   std::string log;
+  io::SourceOptions source;
   bool json = false;
 };
 
@@ -189,7 +191,7 @@ Json to_json(const InfoOptions& options, const io::Source& source, const LogSumm
 
 void run(const InfoOptions& options) {
   if (options.log == "lms291") return print_lms291_sheet(options.json);
-  const auto source = io::open_log(options.log);
+  const auto source = io::open_log(options.log, options.source);
   LogSummary summary;
   while (const auto event = source->next()) summary.add(*event);
   if (summary.scans() == 0) {
@@ -223,6 +225,7 @@ void add_info(CLI::App& app) {
       "  majak info robot.log --json       the same for a script\n"
       "  majak info lms291                 the sheet of this sensor\n");
   command->add_option("LOG", options->log, "a log, a recording or a folder; or lms291")->required();
+  add_log_options(*command, options->source);
   command->add_flag("--json", options->json, "print JSON");
   command->callback([options] { run(*options); });
 }

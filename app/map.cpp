@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "app/live.hpp"
+#include "app/log_options.hpp"
 #include "app/progress.hpp"
 #include "majak/core/error.hpp"
 #include "majak/draw/report.hpp"
@@ -57,6 +58,7 @@ struct MapOptions {
   std::vector<std::string> set, without_loops;
   bool no_odometry = false, no_loops = false, json = false;
   int threads = 0;
+  io::SourceOptions source;
   DeviceOptions device;
   std::string record;  // also keep what the device sends
   slam::GraphSlamOptions slam;
@@ -135,7 +137,7 @@ class Input {
  public:
   explicit Input(const MapOptions& o) {
     if (!is_device(o.log)) {
-      source_ = io::open_log(o.log);
+      source_ = io::open_log(o.log, o.source);
       return;
     }
     interrupt_ = std::make_unique<Interrupt>();
@@ -261,6 +263,7 @@ void add_map(CLI::App& app) {
   command
       ->add_option("LOG", o->log, "a log or recording of any kind, or a live device's serial port")
       ->required();
+  add_log_options(*command, o->source);
   add_device_options(*command, o->device);
   command->add_option("--record", o->record, "device: keep what it sends in this file, too");
   command->add_option("-o,--output", o->output,
