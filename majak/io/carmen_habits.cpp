@@ -16,11 +16,6 @@ constexpr std::size_t kMostRecords = 20000;
 constexpr std::size_t kMostRanges = std::size_t{1} << 20;
 constexpr double kPathToSee = 10.0;  // m
 
-// SICK devices answer with codes at the top of their 13 bits instead of a range: 81.83 ... 81.91 at
-// a centimetre, 8.183 ... 8.191 at a millimetre; 80 and 8 m are the longest ranges.
-constexpr float kSickLimitCm = 79.9f, kSickTopCm = 82.0f;
-constexpr float kSickLimitMm = 8.0f, kSickTopMm = 8.2f;
-
 const char* const kBadRanges = "range values that are no positive number; marked invalid";
 const char* const kRepeats = "raw laser messages that repeat a scan with odometry; left out";
 const char* const kRmcRepeats = "NMEARMC fixes beside NMEAGGA; left out";
@@ -38,12 +33,6 @@ constexpr std::array<const char*, 8> kBackwards = {
     "odometry stamps that run backwards; order of the file kept",
     "GPS stamps that run backwards; order of the file kept",
     "truth stamps that run backwards; order of the file kept"};
-
-float sick_limit(float range) {
-  if (range >= kSickLimitCm && range <= kSickTopCm) return kSickLimitCm;
-  if (range >= kSickLimitMm && range <= kSickTopMm) return kSickLimitMm;
-  return range;
-}
 
 bool same_mounting(const Pose2& a, const Pose2& b) {
   return std::abs(a.x - b.x) < 0.005 && std::abs(a.y - b.y) < 0.005 &&

@@ -25,6 +25,15 @@ bool looks_different(const std::vector<float>& a, const std::vector<float>& b) {
 
 }  // namespace
 
+float sick_limit(float range) {
+  // Devices answer with codes at the top of their 13 bits instead of a range: 81.83 ... 81.91 at a
+  // centimetre, 8.183 ... 8.191 at a millimetre; 80 and 8 m are the longest ranges.
+  constexpr float kLimitCm = 79.9f, kTopCm = 82.0f, kLimitMm = 8.0f, kTopMm = 8.2f;
+  if (range >= kLimitCm && range <= kTopCm) return kLimitCm;
+  if (range >= kLimitMm && range <= kTopMm) return kLimitMm;
+  return range;
+}
+
 bool SaturationFinder::is_news(const Scan& scan) {
   if (scan.T_odom_robot) {
     if (!T_odom_last_) T_odom_last_ = scan.T_odom_robot;

@@ -17,6 +17,10 @@
 
 namespace majak::io {
 
+/// Where the no-return codes of a SICK begin whose longest range is stated as one of them: 79.9 m
+/// for 80 to 82, 8 m for 8 to 8.2. Any other range stays as it is.
+float sick_limit(float range);
+
 class SaturationFinder {
  public:
   /// Looks at one scan of one laser; ranges at or above scan.max_range count as known no-returns.

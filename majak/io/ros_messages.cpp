@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/io/ros_messages.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <limits>
@@ -178,23 +179,18 @@ class Writer {
 
 // ---- each message, once for reading and writing -------------------------------------------------
 
+/// tf of old ROS 1 names frames with a leading slash.
+template <class Wire, class M>
+void frame(Wire& wire, M& name) {
+  wire(name);
+  if constexpr (Wire::kReads) name.erase(0, std::min(name.find_first_not_of('/'), name.size()));
+}
+
 template <class Wire, class M>
 void header(Wire& wire, M& m) {
   if (wire.ros1()) wire(m.sequence);
   wire.stamp(m.stamp);
-  wire(m.frame);
-  // tf of old ROS 1 names frames with a leading slash.
-  if constexpr (Wire::kReads) {
-    if (m.frame.starts_with('/')) m.frame.erase(0, 1);
-  }
-}
-
-template <class Wire, class M>
-void child(Wire& wire, M& frame) {
-  wire(frame);
-  if constexpr (Wire::kReads) {
-    if (frame.starts_with('/')) frame.erase(0, 1);
-  }
+  frame(wire, m.frame);
 }
 
 template <class Wire, class M>
@@ -222,7 +218,7 @@ template <class Wire, class M>
 requires std::is_same_v<std::remove_const_t<M>, Odometry>
 void fields(Wire& wire, M& m) {
   header(wire, m.header);
-  child(wire, m.child_frame);
+  frame(wire, m.child_frame);
   transform(wire, m.pose);
   wire(m.pose_covariance);
   wire(m.linear);
@@ -235,7 +231,7 @@ requires std::is_same_v<std::remove_const_t<M>, TransformList>
 void fields(Wire& wire, M& m) {
   wire.list(m.transforms, [&wire](auto& t) {
     header(wire, t.header);
-    child(wire, t.child_frame);
+    frame(wire, t.child_frame);
     transform(wire, t.transform);
   });
 }

@@ -36,11 +36,8 @@ RosSource::RosSource(const OpenMessages& open, std::string format, const SourceO
       T_robot_laser_(options.T_robot_laser),
       log_(open(Depth::messages)),
       frames_(survey_.frames) {
-  if (options.angle_step != 0) {
-    if (!(options.angle_step > 0 && options.angle_step <= 30))
-      throw Error("--angle-step is a number of degrees between beams, more than 0, 30 at most");
-    scan_options_.angle_step = radians(options.angle_step);
-  }
+  check_angle_step(options);
+  if (options.angle_step > 0) scan_options_.angle_step = radians(options.angle_step);
   scan_options_.code = survey_.code;
   for (const std::string& name : survey_.more_odometry)
     report_.count("odometry of the topic " + name + " is left out; " + survey_.odometry_topic +

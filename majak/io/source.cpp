@@ -8,12 +8,19 @@
 #include "majak/core/error.hpp"
 #include "majak/io/byte_stream.hpp"
 #include "majak/io/carmen_reader.hpp"
+#include "majak/io/player_log.hpp"
 #include "majak/io/ros_source.hpp"
 #include "majak/io/victoria_park.hpp"
 
 namespace majak::io {
 
 Source::~Source() = default;
+
+void check_angle_step(const SourceOptions& options) {
+  if (options.angle_step == 0) return;
+  if (!(options.angle_step > 0 && options.angle_step <= 30))
+    throw Error("--angle-step is a number of degrees between beams, more than 0, 30 at most");
+}
 
 namespace {
 
@@ -38,15 +45,18 @@ std::string read_head(ByteStream& bytes) {
   if (head.empty()) throw Error(name + ": the file is empty");
   throw Error(
       name +
-      ": no log that majak knows; looked for a ROS bag, an MCAP file and the messages of a CARMEN "
-      "log (FLASER, ROBOTLASER1, RAWLASER1, ODOM, PARAM ...), plain, gzip or bzip2");
+      ": no log that majak knows; looked for a ROS bag, an MCAP file, a Player log and the "
+      "messages "
+      "of a CARMEN log (FLASER, ROBOTLASER1, RAWLASER1, ODOM, PARAM ...), plain, gzip or bzip2");
 }
 
 /// For the formats in which a laser has no topic and a step that is known.
 void expect_no_options(const std::filesystem::path& path, const SourceOptions& options) {
   if (!options.topic.empty()) throw Error(path.string() + ": --topic is for ROS recordings");
-  if (options.angle_step != 0) throw Error(path.string() + ": --angle-step is for ROS recordings");
-  if (options.T_robot_laser) throw Error(path.string() + ": --mounting is for ROS recordings");
+  if (options.angle_step != 0)
+    throw Error(path.string() + ": --angle-step is for ROS recordings and Player logs");
+  if (options.T_robot_laser)
+    throw Error(path.string() + ": --mounting is for ROS recordings and Player logs");
 }
 
 std::unique_ptr<Source> open_folder(const std::filesystem::path& path,
@@ -71,8 +81,13 @@ std::unique_ptr<Source> open_log(const std::filesystem::path& path, const Source
   auto [bytes, packing] = open_bytes(path);
   std::string head = read_head(*bytes);
   if (auto source = open_ros(path, head, options)) return source;
+  if (!looks_like_carmen(head)) {
+    if (!looks_like_player(head)) refuse(path.string(), head, bytes->report());
+    return std::make_unique<PlayerLog>(prepend(std::move(head), std::move(bytes)),
+                                       std::string("Player log") + packing_suffix(packing),
+                                       options);
+  }
   expect_no_options(path, options);
-  if (!looks_like_carmen(head)) refuse(path.string(), head, bytes->report());
   return std::make_unique<CarmenReader>(prepend(std::move(head), std::move(bytes)),
                                         std::string("CARMEN log") + packing_suffix(packing));
 }

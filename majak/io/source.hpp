@@ -35,10 +35,13 @@ struct SourceOptions {
   std::optional<Pose2> T_robot_laser{};  ///< where the laser stands on the robot; absent: as stated
 };
 
+/// Throws Error when angle_step is no such step.
+void check_angle_step(const SourceOptions& options);
+
 /// Opens a log; its format is found by what is inside, never by its name: a CARMEN log (plain, gzip
 /// or bzip2), a Victoria Park folder, a ROS 1 bag, an MCAP file, a ROS 2 bag (SQLite file or
-/// folder). Throws majak::Error, one line that names the file, when it cannot be read or is none of
-/// these, or when an option is given that means nothing to it.
+/// folder), a Player log. Throws majak::Error, one line that names the file, when it cannot be read
+/// or is none of these, or when an option is given that means nothing to it.
 std::unique_ptr<Source> open_log(const std::filesystem::path& path,
                                  const SourceOptions& options = {});
 
