@@ -102,8 +102,8 @@ Time ColaSession::wake_at() const {
 }
 
 void ColaSession::no_answer(Time now) {
-  if (now >= heard_ + from_seconds(options_.reconnect_time)) wants_connection_ = true;
   if (step_ == Step::probe) {
+    if (now >= heard_ + from_seconds(options_.reconnect_time)) wants_connection_ = true;
     if (!options_.dialect)
       candidate_ = candidate_ == ColaDialect::a ? ColaDialect::b : ColaDialect::a;
     ask_next(now);
@@ -210,10 +210,11 @@ void ColaSession::state_told(const ColaTelegram& telegram, Time now) {
   }
   if (now < started_at_ + from_seconds(options_.start_time)) return ask_next(now, kPollPause);
   // It was asked to measure long ago: ask once more, then see whether scans come all the same.
-  if (rounds_++ % 2 == 0) {
-    known_.logged_in = known_.started = known_.logged_out = false;
-  } else {
+  if (known_.asked_again) {
     done(Step::ask_state);
+  } else {
+    known_.asked_again = true;
+    known_.logged_in = known_.started = known_.logged_out = false;
   }
   ask_next(now);
 }
@@ -273,7 +274,6 @@ void ColaSession::deliver(ColaTelegram telegram, Time now) {
     return;
   }
   alive_ = scan_at_ = now;
-  rounds_ = 0;
   // Scans come to those who asked: before the confirmation, without one that was lost, or again
   // after a pause that only the network made.
   if (!known_.subscribed && (known_.configured || !options_.ask_intensities)) {

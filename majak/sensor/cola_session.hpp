@@ -90,7 +90,7 @@ class ColaSession {
   struct Known {
     std::optional<ColaDialect> dialect;
     bool logged_in = false, configured = false, started = false, logged_out = false,
-         measures = false, subscribed = false, no_stlms = false;
+         asked_again = false, measures = false, subscribed = false, no_stlms = false;
     std::string device_state;  ///< in its own words
   };
 
@@ -121,7 +121,7 @@ class ColaSession {
 
   Step step_ = Step::none;
   bool sent_ = false;
-  int tries_ = 0, rounds_ = 0;
+  int tries_ = 0;
   Time send_at_ = 0, deadline_ = 0;
   Time alive_ = 0;       ///< last scan, or the first start()
   Time heard_ = 0;       ///< last telegram on this connection, or its start

@@ -116,6 +116,8 @@ TEST(ColaSession, WaitsForADeviceThatBoots) {
       ASSERT_FALSE(wire.scans.empty());
       const Time first = wire.scans[0].scan.time;
       EXPECT_LT(first, from_seconds(boot_time) + 3 * kSecond) << boot_time;
+      // Each 5 to 6 s of silence, another connection.
+      EXPECT_EQ(wire.connections, boot_time < 5 ? 1 : 6);
     }
   }
 }
@@ -194,6 +196,9 @@ TEST(ColaSession, APulledCableNeedsAnotherConnection) {
   ColaWire wire({}, {});
   wire.run(4 * kSecond);
   ASSERT_TRUE(wire.streaming());
+  wire.change = [](std::vector<std::uint8_t>& said) { said.resize(said.size() / 2); };
+  wire.run(wire.now + kSecond / 15);  // half a scan came through
+  wire.change = nullptr;
   wire.plugged = false;
   wire.run(30 * kSecond);
   EXPECT_GT(wire.connections, 2);
@@ -202,10 +207,12 @@ TEST(ColaSession, APulledCableNeedsAnotherConnection) {
   wire.run(40 * kSecond);
   EXPECT_TRUE(wire.streaming());
   EXPECT_EQ(wire.session.counts().pauses, 1);
+  EXPECT_EQ(wire.session.report().entries().count("CoLa: bytes that belong to no telegram"), 0U)
+      << "the half is not joined to what comes later";
 }
 
 TEST(ColaSession, APauseOfTheNetworkNeedsNoLogin) {
-  ColaWire wire({.reconnect_time = 100}, {});
+  ColaWire wire({}, {});
   wire.run(4 * kSecond);
   ASSERT_TRUE(wire.streaming());
   std::vector<std::uint8_t> held;
@@ -213,14 +220,15 @@ TEST(ColaSession, APauseOfTheNetworkNeedsNoLogin) {
     held.insert(held.end(), said.begin(), said.end());
     said.clear();
   };
-  wire.run(8 * kSecond);
+  wire.run(8 * kSecond + kSecond / 2);
   EXPECT_EQ(wire.session.state(), State::searching);
   wire.change = [&](auto& said) {
     said.insert(said.begin(), held.begin(), held.end()), held.clear();
   };
-  wire.run(8 * kSecond + kSecond / 10);
+  wire.run(9 * kSecond);
   EXPECT_TRUE(wire.streaming());
   EXPECT_EQ(wire.session.counts().logins, 1);
+  EXPECT_EQ(wire.connections, 1);
 }
 
 // The device's answers without those that are of this kind.
@@ -363,6 +371,17 @@ TEST(ColaSession, AsksForIntensities) {
     EXPECT_EQ(wire.scans[0].scan.channels16.size(), 2U);
     EXPECT_EQ(wire.scans[0].scan.name, "hall 3");
   }
+}
+
+TEST(ColaSession, ScansThatCameUnaskedAreNotTakenForThoseThatWereAskedFor) {
+  ColaWire wire({.dialect = ColaDialect::a, .ask_intensities = true},
+                {.dialect = ColaDialect::a, .boot_time = 2, .intensities = false});
+  wire.run(2 * kSecond);
+  wire.device.receive(ColaWriter(ColaDialect::a, "sEN LMDscandata").u8(1).frame(), 2 * kSecond);
+  wire.change = without("sAN SetAccessMode", 1);
+  wire.run(5 * kSecond);
+  EXPECT_EQ(to_scan(wire.scans.front().scan).intensities.size(), 0U);
+  EXPECT_EQ(to_scan(wire.scans.back().scan).intensities.size(), 271U);
 }
 
 TEST(ColaSession, StopAsksForNoMore) {
