@@ -6,6 +6,7 @@
 #include <sstream>
 #include <string>
 
+#include "app/convert.hpp"
 #include "app/emulate.hpp"
 #include "app/evaluate.hpp"
 #include "app/info.hpp"
@@ -35,6 +36,7 @@ void add_commands(CLI::App& app) {
   add_map(app);
   add_info(app);
   add_record(app);
+  add_convert(app);
   add_emulate(app);
   add_simulate(app);
   add_evaluate(app);

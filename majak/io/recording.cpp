@@ -1,35 +1,65 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/io/recording.hpp"
 
+#include <map>
+
 #include "majak/io/ros_scan.hpp"
 
 namespace majak::io {
 namespace {
 
 constexpr Duration kFlushEvery = kSecond;
-const std::string kRule(80, '=');
+// The types that messages are made of.
+const std::map<std::string, std::string>& parts() {
+  static const std::map<std::string, std::string> kParts{
+      {"std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"},
+      {"builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"},
+      {"geometry_msgs/PoseWithCovariance", "geometry_msgs/Pose pose\nfloat64[36] covariance\n"},
+      {"geometry_msgs/Pose",
+       "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n"},
+      {"geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"},
+      {"geometry_msgs/Quaternion", "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"},
+      {"geometry_msgs/TwistWithCovariance", "geometry_msgs/Twist twist\nfloat64[36] covariance\n"},
+      {"geometry_msgs/Twist", "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n"},
+      {"geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"},
+      {"geometry_msgs/TransformStamped",
+       "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n"},
+      {"geometry_msgs/Transform",
+       "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"},
+  };
+  return kParts;
+}
+
+std::string part(const std::string& type) {
+  return std::string(80, '=') + "\nMSG: " + type + "\n" + parts().at(type);
+}
 
 }  // namespace
 
 std::string laser_scan_definition() {
   return "std_msgs/Header header\n"
-         "float32 angle_min\n"
-         "float32 angle_max\n"
-         "float32 angle_increment\n"
-         "float32 time_increment\n"
-         "float32 scan_time\n"
-         "float32 range_min\n"
-         "float32 range_max\n"
-         "float32[] ranges\n"
-         "float32[] intensities\n" +
-         kRule +
-         "\nMSG: std_msgs/Header\n"
-         "builtin_interfaces/Time stamp\n"
-         "string frame_id\n" +
-         kRule +
-         "\nMSG: builtin_interfaces/Time\n"
-         "int32 sec\n"
-         "uint32 nanosec\n";
+         "float32 angle_min\nfloat32 angle_max\nfloat32 angle_increment\n"
+         "float32 time_increment\nfloat32 scan_time\n"
+         "float32 range_min\nfloat32 range_max\n"
+         "float32[] ranges\nfloat32[] intensities\n" +
+         part("std_msgs/Header") + part("builtin_interfaces/Time");
+}
+
+std::string odometry_definition() {
+  return "std_msgs/Header header\nstring child_frame_id\n"
+         "geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist\n" +
+         part("std_msgs/Header") + part("builtin_interfaces/Time") +
+         part("geometry_msgs/PoseWithCovariance") + part("geometry_msgs/Pose") +
+         part("geometry_msgs/Point") + part("geometry_msgs/Quaternion") +
+         part("geometry_msgs/TwistWithCovariance") + part("geometry_msgs/Twist") +
+         part("geometry_msgs/Vector3");
+}
+
+std::string transform_list_definition() {
+  return "geometry_msgs/TransformStamped[] transforms\n" + part("geometry_msgs/TransformStamped") +
+         part("std_msgs/Header") + part("builtin_interfaces/Time") +
+         part("geometry_msgs/Transform") + part("geometry_msgs/Vector3") +
+         part("geometry_msgs/Quaternion");
 }
 
 RecordingWriter::RecordingWriter(const std::string& path, const std::string& telegrams)

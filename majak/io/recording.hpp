@@ -19,8 +19,10 @@ inline constexpr const char* kScanTopic = "/scan";
 inline constexpr const char* kTelegramTopic = "/telegrams";
 inline constexpr const char* kLaserFrame = "laser";
 
-/// The definition of sensor_msgs/msg/LaserScan and what it needs, as MCAP files carry it.
+/// Definitions of message types and what they need, as MCAP files carry them.
 std::string laser_scan_definition();
+std::string odometry_definition();
+std::string transform_list_definition();
 
 class RecordingWriter {
  public:
