@@ -150,9 +150,9 @@ TEST(McapWriter, RefusesWhatTheFormatHasNoPlaceFor) {
   EXPECT_THROW(McapWriter([](std::string_view) {}, {.packing = ChunkPacking::bzip2}), Error);
 }
 
-class Packed : public ::testing::TestWithParam<ChunkPacking> {};
+class PackedMcap : public ::testing::TestWithParam<ChunkPacking> {};
 
-TEST_P(Packed, WhatIsWrittenIsRead) {
+TEST_P(PackedMcap, WhatIsWrittenIsRead) {
   const Heard heard = hear(some_file(GetParam()));
   EXPECT_EQ(heard.messages, kTold);
   EXPECT_TRUE(heard.report.empty());
@@ -163,7 +163,7 @@ TEST_P(Packed, WhatIsWrittenIsRead) {
   EXPECT_TRUE(hear(some_file(GetParam()), Depth::topics).messages.empty());
 }
 
-TEST_P(Packed, CutOffAtEveryByteItKeepsWhatWasWhole) {
+TEST_P(PackedMcap, CutOffAtEveryByteItKeepsWhatWasWhole) {
   const std::string whole = some_file(GetParam());
   std::size_t most = 0;
   for (std::size_t size = 0; size < whole.size(); ++size) {
@@ -181,7 +181,7 @@ TEST_P(Packed, CutOffAtEveryByteItKeepsWhatWasWhole) {
   EXPECT_EQ(most, kTold.size());
 }
 
-TEST_P(Packed, NoDamagedByteChangesAMessageUnseen) {
+TEST_P(PackedMcap, NoDamagedByteChangesAMessageUnseen) {
   // The chunks carry a sum. Outside of them a byte may change a topic's name, no message.
   const std::string whole = some_file(GetParam());
   for (std::size_t at = kMagic.size(); at < whole.size(); ++at) {
@@ -193,7 +193,7 @@ TEST_P(Packed, NoDamagedByteChangesAMessageUnseen) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Chunks, Packed,
+INSTANTIATE_TEST_SUITE_P(Chunks, PackedMcap,
                          ::testing::Values(ChunkPacking::none, ChunkPacking::lz4,
                                            ChunkPacking::zstd));
 

@@ -42,9 +42,9 @@ const std::vector<Told> kTold = {{"/scan", 5 * kSecond + 7, "first"},
                                  {"/scan", 7 * kSecond, ""},
                                  {"/od=om", 8 * kSecond, "last"}};
 
-class Packed : public ::testing::TestWithParam<const char*> {};
+class PackedBag : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(Packed, GivesTheMessagesInTheOrderOfTheFile) {
+TEST_P(PackedBag, GivesTheMessagesInTheOrderOfTheFile) {
   const Heard heard = hear(some_bag(GetParam()));
   EXPECT_EQ(heard.messages, kTold);
   ASSERT_EQ(heard.topics.size(), 2U);
@@ -52,13 +52,13 @@ TEST_P(Packed, GivesTheMessagesInTheOrderOfTheFile) {
   EXPECT_TRUE(heard.report.empty());
 }
 
-TEST_P(Packed, TheTopicsAloneAreReadWithoutUnpacking) {
+TEST_P(PackedBag, TheTopicsAloneAreReadWithoutUnpacking) {
   const Heard heard = hear(some_bag(GetParam()), Depth::topics);
   EXPECT_TRUE(heard.messages.empty());
   EXPECT_EQ(heard.topics.size(), 2U);
 }
 
-TEST_P(Packed, CutOffAnywhereItKeepsWhatWasWhole) {
+TEST_P(PackedBag, CutOffAnywhereItKeepsWhatWasWhole) {
   const std::string whole = some_bag(GetParam());
   const std::size_t magic = std::string_view("#ROSBAG V2.0\n").size();
   std::size_t most = 0;
@@ -77,7 +77,7 @@ TEST_P(Packed, CutOffAnywhereItKeepsWhatWasWhole) {
   EXPECT_EQ(most, kTold.size());
 }
 
-TEST_P(Packed, AnyDamagedByteEndsInNothingWorse) {
+TEST_P(PackedBag, AnyDamagedByteEndsInNothingWorse) {
   const std::string whole = some_bag(GetParam());
   for (std::size_t at = 13; at < whole.size(); ++at) {
     std::string damaged = whole;
@@ -89,7 +89,7 @@ TEST_P(Packed, AnyDamagedByteEndsInNothingWorse) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Chunks, Packed, ::testing::Values("none", "bz2", "lz4"));
+INSTANTIATE_TEST_SUITE_P(Chunks, PackedBag, ::testing::Values("none", "bz2", "lz4"));
 
 TEST(Ros1Bag, ADamagedChunkIsLeftOutAndTheNextIsRead) {
   for (const char* packing : {"bz2", "lz4"}) {
