@@ -53,8 +53,12 @@ Odometry some_odometry(std::string child) {
 
 TransformList some_transforms() {
   TransformList m;
-  for (const char* name : {"laser", "a", "lidar_link"})
-    m.transforms.push_back({{2, 3 * kSecond, "base_link"}, name, {{0.1, 0.2, 0.3}, {1, 0, 0, 0}}});
+  for (const char* name : {"laser", "a", "lidar_link"}) {
+    StampedTransform& t = m.transforms.emplace_back();
+    t.header.sequence = 2, t.header.stamp = 3 * kSecond, t.header.frame = "base_link";
+    t.child_frame = name;
+    t.transform = {{0.1, 0.2, 0.3}, {1, 0, 0, 0}};
+  }
   return m;
 }
 

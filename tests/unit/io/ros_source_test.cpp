@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <sstream>
 
 #include "majak/core/error.hpp"
 #include "majak/io/mcap_writer.hpp"
@@ -376,16 +377,17 @@ class RosFiles : public ::testing::Test {
 
 /// Text that is equal where events are.
 std::string told(const Read& read) {
-  std::string text;
+  std::ostringstream text;
+  text.precision(17);
   for (const Event& event : read.events) {
-    text += std::to_string(time_of(event)) + " " + std::to_string(event.index());
+    text << time_of(event) << ' ' << event.index();
     if (const auto* scan = std::get_if<Scan>(&event))
-      for (const float range : scan->ranges) text += " " + std::to_string(range);
+      for (const float range : scan->ranges) text << ' ' << range;
     if (const auto* odometry = std::get_if<Odometry>(&event))
-      text += " " + std::to_string(odometry->T_odom_robot.x);
-    text += "\n";
+      text << ' ' << odometry->T_odom_robot.x;
+    text << '\n';
   }
-  return text;
+  return text.str();
 }
 
 TEST_F(RosFiles, EveryKindOfRecordingGivesTheSameEvents) {
