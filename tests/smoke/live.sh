@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+# A laser that is not there, as a user would work with one: recorded, mapped live, cut off by a kill.
+. "$(dirname "$0")/lib.sh"
+cd "$work" || exit 1
+
+emulate() {  # emulate OPTIONS...: in the background, until $emulator is killed
+  "$majak" emulate --boot 0 "$@" >port 2>&1 &
+  emulator=$!
+  for _ in $(seq 50); do [ -s port ] && return; sleep 0.1; done
+  fail "majak emulate does not begin"
+}
+scans() { "$majak" info "$1" | awk '/^  records/ { print $2 + 0; exit }'; }
+
+emulate --link laser
+trap 'kill $emulator 2>/dev/null; rm -rf "$work"' EXIT
+
+# Mapped live and kept: the recording gives the same bytes.
+ok "$majak" map laser --baud 500000 --resolution 180/0.5 --duration 5 --record live.mcap -o live
+ok "$majak" map live.mcap -o again
+[ "$(scans live.mcap)" -gt 60 ] || fail "only $(scans live.mcap) scans came"
+cmp live/trajectory.tum again/trajectory.tum || fail "the recording maps otherwise than the device did"
+
+# Killed in the middle: what came until then opens.
+"$majak" record laser -o killed.mcap >/dev/null 2>&1 &
+recorder=$!
+sleep 5
+kill -9 $recorder
+wait $recorder 2>/dev/null
+[ "$(scans killed.mcap)" -gt 60 ] || fail "a killed recording has $(scans killed.mcap) scans"
+
+# Other formats, and back.
+ok "$majak" convert live.mcap live.log
+ok "$majak" convert live.log live2.mcap
+[ "$(scans live2.mcap)" = "$(scans live.mcap)" ] || fail "converting loses scans"
+
+kill $emulator
+wait $emulator
+refused "$majak" record laser
+
+# A newer one, on the network; and the first one's recording in place of a world.
+emulate live.mcap --tcp 0
+ok "$majak" record "$(cat port)" -o network.mcap --duration 3
+[ "$(scans network.mcap)" -gt 20 ] || fail "only $(scans network.mcap) scans came over the network"
+kill $emulator
+wait $emulator
+exit 0
