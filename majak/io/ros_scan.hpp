@@ -25,8 +25,8 @@ std::optional<Scan> scan_of(const ros::LaserScan& message, const Mounting& mount
                             const RosScanOptions& options, std::int64_t record, Report& report);
 
 /// What scan_of() turns into the same scan again: to the bit where its angles are whole
-/// ten-thousandths of a degree, else rounded to 32 bits. The mounting goes into a transform, and the
-/// odometry into a message of its own.
+/// ten-thousandths of a degree, else rounded to 32 bits. The mounting goes into a transform, and
+/// the odometry into a message of its own.
 ros::LaserScan message_of(const Scan& scan, std::string frame);
 
 }  // namespace majak::io

@@ -53,12 +53,24 @@ Odometry some_odometry(std::string child) {
 
 TransformList some_transforms() {
   TransformList m;
-  for (const char* name : {"laser", "a", "lidar_link"}) {
-    StampedTransform& t = m.transforms.emplace_back();
+  const char* const names[] = {"laser", "a", "lidar_link"};
+  m.transforms.resize(std::size(names));
+  for (std::size_t i = 0; i < std::size(names); ++i) {
+    StampedTransform& t = m.transforms[i];
     t.header.sequence = 2, t.header.stamp = 3 * kSecond, t.header.frame = "base_link";
-    t.child_frame = name;
+    t.child_frame = names[i];
     t.transform = {{0.1, 0.2, 0.3}, {1, 0, 0, 0}};
   }
+  return m;
+}
+
+TransformList one_transform(Time stamp, const char* child, double x) {
+  TransformList m;
+  m.transforms.resize(1);
+  m.transforms[0].header.stamp = stamp;
+  m.transforms[0].header.frame = "turtle1";
+  m.transforms[0].child_frame = child;
+  m.transforms[0].transform.translation[0] = x;
   return m;
 }
 
@@ -166,8 +178,7 @@ TEST(RosMessages, KeepsEveryField) {
 TEST(RosMessages, HasTheBytesOfCdr) {
   // One transform turtle1 -> turtle1_ahead at 0: count, stamp, two strings with their NULs, six
   // bytes up to the next eight, seven doubles.
-  TransformList list;
-  list.transforms.push_back({{0, 2 * kSecond + 3, "turtle1"}, "turtle1_ahead", {{3, 0, 0}}});
+  const TransformList list = one_transform(2 * kSecond + 3, "turtle1_ahead", 3);
   const std::string bytes = encode(list);
   EXPECT_EQ(bytes.size(), 4 + 104U);
   EXPECT_EQ(bytes.substr(0, 52), bytes_of("00010000 01000000 02000000 03000000"
@@ -187,8 +198,7 @@ TEST(RosMessages, HasTheBytesOfRos1) {
                      "00000000 00000000 00000000 00000000 00000000 00000000"
                      "01000000 00000040 00000000"));
   // A transform of the recording that is known to take 92 bytes.
-  TransformList list;
-  list.transforms.push_back({{0, 0, "turtle1"}, "turtle2", {}});
+  const TransformList list = one_transform(0, "turtle2", 0);
   EXPECT_EQ(encode(list, Encoding::ros1).size(), 4 + 12 + 4 + 7 + 4 + 7 + 56U);
   NavSatFix fix;
   EXPECT_EQ(encode(fix, Encoding::ros1).size(), 16 + 3 + 24 + 72 + 1U);
