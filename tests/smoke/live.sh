@@ -6,7 +6,9 @@ cd "$work" || exit 1
 emulate() {  # emulate OPTIONS...: in the background, until $emulator is killed
   "$majak" emulate --boot 0 "$@" >port 2>&1 &
   emulator=$!
-  for _ in $(seq 50); do [ -s port ] && return; sleep 0.1; done
+  for _ in $(seq 50); do [ -s port ] && break; sleep 0.1; done
+  if grep -q "no pseudo-terminal" port; then skip "this machine has no pseudo-terminals"; fi
+  [ -s port ] && return
   fail "majak emulate does not begin"
 }
 scans() { "$majak" info "$1" | awk '/^  records/ { print $2 + 0; exit }'; }

@@ -33,7 +33,21 @@ std::vector<std::uint8_t> every_byte() {
   return bytes;
 }
 
-TEST(SerialPort, CarriesEveryByteBothWays) {
+// A bare chroot has no /dev/pts.
+class Terminals : public testing::Test {
+ protected:
+  void SetUp() override {
+    try {
+      const PseudoTerminal any;
+    } catch (const Error&) {
+      GTEST_SKIP() << "skipped: this machine has no pseudo-terminals";
+    }
+  }
+};
+class SerialPortTest : public Terminals {};
+class PseudoTerminalTest : public Terminals {};
+
+TEST_F(SerialPortTest, CarriesEveryByteBothWays) {
   const PseudoTerminal device;
   const SerialPort host(device.device());
   const auto bytes = every_byte();
@@ -43,7 +57,7 @@ TEST(SerialPort, CarriesEveryByteBothWays) {
   EXPECT_EQ(take(host, 256), bytes);
 }
 
-TEST(SerialPort, TellsTheOtherEndItsRate) {
+TEST_F(SerialPortTest, TellsTheOtherEndItsRate) {
   const PseudoTerminal device;
   SerialPort host(device.device());
   for (const int baud : {9600, 19200, 38400, 500000}) {
@@ -52,7 +66,7 @@ TEST(SerialPort, TellsTheOtherEndItsRate) {
   }
 }
 
-TEST(SerialPort, NothingToReadIsNothing) {
+TEST_F(SerialPortTest, NothingToReadIsNothing) {
   const PseudoTerminal device;
   const SerialPort host(device.device());
   std::array<std::uint8_t, 8> buffer;
@@ -60,7 +74,7 @@ TEST(SerialPort, NothingToReadIsNothing) {
   EXPECT_EQ(device.read(buffer), 0U);
 }
 
-TEST(SerialPort, UnpluggedIsAnError) {
+TEST_F(SerialPortTest, UnpluggedIsAnError) {
   std::optional<PseudoTerminal> device(std::in_place);
   const SerialPort host(device->device());
   device.reset();
@@ -70,7 +84,7 @@ TEST(SerialPort, UnpluggedIsAnError) {
   EXPECT_THROW(host.write(buffer), Error);
 }
 
-TEST(SerialPort, WhatCannotBeOpenedSaysWhatToDo) {
+TEST_F(SerialPortTest, WhatCannotBeOpenedSaysWhatToDo) {
   const auto message = [](const char* device) {
     try {
       const SerialPort port(device);
@@ -83,7 +97,7 @@ TEST(SerialPort, WhatCannotBeOpenedSaysWhatToDo) {
   EXPECT_THAT(message("/dev/null"), HasSubstr("/dev/null: is no serial port"));
 }
 
-TEST(PseudoTerminal, ProgramsMayComeAndGo) {
+TEST_F(PseudoTerminalTest, ProgramsMayComeAndGo) {
   const PseudoTerminal device;
   for (int k = 0; k < 2; ++k) {
     const SerialPort host(device.device());
