@@ -17,6 +17,7 @@
 #include "majak/graph/marginals.hpp"
 #include "majak/graph/optimize.hpp"
 #include "majak/io/g2o.hpp"
+#include "tests/support/data_folder.hpp"
 #ifdef MAJAK_HAVE_CERES
 #include "../../tests/unit/graph/ceres_twin.hpp"
 #endif
@@ -31,12 +32,9 @@ const PoseGraph& known_graph(const std::string& name) {
   static std::map<std::string, PoseGraph> graphs;
   const auto [it, is_new] = graphs.try_emplace(name);
   if (is_new) {
-    const char* set = std::getenv("MAJAK_DATA");
-    const auto root = std::filesystem::path(__FILE__).parent_path() / "../..";
-    const auto folder = set ? std::filesystem::path(set) : root / "../shared/data";
     Report report;
     try {
-      it->second = io::read_g2o(folder / "posegraph" / (name + ".g2o.gz"), report).graph;
+      it->second = io::read_g2o(data_folder() / "posegraph" / (name + ".g2o.gz"), report).graph;
     } catch (const Error&) {
     }
   }

@@ -8,15 +8,10 @@
 
 #include "majak/eval/relations.hpp"
 #include "majak/io/source.hpp"
+#include "tests/support/data_folder.hpp"
 
 namespace majak::eval {
 namespace {
-
-std::filesystem::path data_folder() {
-  if (const char* folder = std::getenv("MAJAK_DATA")) return folder;
-  const auto source_root = std::filesystem::path(__FILE__).parent_path() / "../../..";
-  return source_root / "../shared/data";
-}
 
 struct Known {
   const char* log;

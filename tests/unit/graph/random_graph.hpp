@@ -9,6 +9,7 @@
 
 #include "majak/core/random.hpp"
 #include "majak/graph/pose_graph.hpp"
+#include "tests/support/data_folder.hpp"
 
 namespace majak::graph {
 
@@ -54,10 +55,7 @@ inline RandomGraph random_graph(std::uint64_t seed, int poses, int loops, double
 
 /// A file of the data folder; empty if it is not there.
 inline std::filesystem::path data_file(const std::string& name) {
-  const char* set = std::getenv("MAJAK_DATA");
-  const std::filesystem::path root = std::filesystem::path(__FILE__).parent_path() / "../../..";
-  const std::filesystem::path path =
-      (set ? std::filesystem::path(set) : root / "../shared/data") / name;
+  const std::filesystem::path path = data_folder() / name;
   return std::filesystem::exists(path) ? path : std::filesystem::path();
 }
 

@@ -15,13 +15,11 @@
 
 #include "majak/io/carmen_reader.hpp"
 #include "majak/io/source.hpp"
+#include "tests/support/data_folder.hpp"
 
 namespace majak::io::testing {
 
-inline std::filesystem::path data_folder() {
-  if (const char* folder = std::getenv("MAJAK_DATA")) return folder;
-  return std::filesystem::path(__FILE__).parent_path() / "../../../../shared/data";
-}
+using majak::data_folder;
 
 /// Everything that a log gives.
 struct Read {

@@ -9,6 +9,7 @@
 #include "majak/core/random.hpp"
 #include "majak/graph/optimize.hpp"
 #include "majak/io/g2o.hpp"
+#include "tests/support/data_folder.hpp"
 
 namespace majak::io {
 namespace {
@@ -16,11 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using graph::PoseGraph;
 
-fs::path posegraph_folder() {
-  const char* set = std::getenv("MAJAK_DATA");
-  const fs::path root = fs::path(__FILE__).parent_path() / "../../..";
-  return (set ? fs::path(set) : root / "../shared/data") / "posegraph";
-}
+fs::path posegraph_folder() { return data_folder() / "posegraph"; }
 
 PoseGraph load(const std::string& name) {
   Report report;

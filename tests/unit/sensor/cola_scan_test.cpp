@@ -12,6 +12,7 @@
 
 #include "majak/core/error.hpp"
 #include "majak/core/random.hpp"
+#include "tests/support/data_folder.hpp"
 
 namespace majak::sensor {
 namespace {
@@ -156,9 +157,7 @@ TEST(ColaScan, RefusesOtherTelegramsAndNames) {
 // ---- real telegrams -------------------------------------------------------------------------
 
 std::string data_file(const char* name) {
-  auto folder = std::filesystem::path(__FILE__).parent_path() / "../../../../shared/data";
-  if (const char* set = std::getenv("MAJAK_DATA")) folder = set;
-  std::ifstream in(folder / "sick" / name, std::ios::binary);
+  std::ifstream in(data_folder() / "sick" / name, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(in), {}};
   while (!text.empty() && text.back() == '\n') text.pop_back();
   return text;

@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "tests/support/data_folder.hpp"
+
 namespace majak::sensor::testing {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -28,12 +30,7 @@ inline Bytes bytes(std::string_view hex) {
   return out;
 }
 
-inline std::filesystem::path sick_folder() {
-  if (const char* folder = std::getenv("MAJAK_DATA")) {
-    return std::filesystem::path(folder) / "sick";
-  }
-  return std::filesystem::path(__FILE__).parent_path() / "../../../../shared/data/sick";
-}
+inline std::filesystem::path sick_folder() { return data_folder() / "sick"; }
 
 inline bool have_sick_data() { return std::filesystem::exists(sick_folder() / "vectors.json"); }
 
