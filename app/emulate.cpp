@@ -192,7 +192,7 @@ sensor::LmsEmulatorOptions device_options(const EmulateOptions& o) {
 
 // Bytes leave when they have left the device's line, not before.
 void run_lms(const EmulateOptions& o, const sensor::LmsFaults& faults, const View& view) {
-  const Interrupt interrupt;
+  const RunEnd end(o.duration);
   const Time start = live_clock();
   std::optional<Time> first;
   sensor::LmsEmulator device(
@@ -209,8 +209,7 @@ void run_lms(const EmulateOptions& o, const sensor::LmsFaults& faults, const Vie
   std::fflush(stdout);
   auto kept = device.configuration();
   std::array<std::uint8_t, 4096> buffer;
-  const Time end = o.duration > 0 ? start + from_seconds(o.duration) : 0;
-  while (!interrupt.pressed() && (end == 0 || live_clock() < end)) {
+  while (!end.reached()) {
     const Time now = live_clock();
     if (device.unplugged(now)) {
       link.reset();
@@ -240,7 +239,7 @@ void run_lms(const EmulateOptions& o, const sensor::LmsFaults& faults, const Vie
 }
 
 void run_cola(const EmulateOptions& o, const View& view) {
-  const Interrupt interrupt;
+  const RunEnd end(o.duration);
   const Time start = live_clock();
   sensor::ColaEmulatorOptions d;
   d.boot_time = o.boot;
@@ -257,15 +256,13 @@ void run_cola(const EmulateOptions& o, const View& view) {
   fmt::print("tcp://127.0.0.1:{}\n", server.port());
   std::fflush(stdout);
   std::array<std::uint8_t, 4096> buffer;
-  const Time end = o.duration > 0 ? start + from_seconds(o.duration) : 0;
-  const auto over = [&] { return interrupt.pressed() || (end > 0 && live_clock() >= end); };
-  while (!over()) {
+  while (!end.reached()) {
     device.advance(live_clock());
     const auto guest = server.accept(kSecond / 10);
     if (!guest) continue;
     device.connected();
     try {
-      while (!over()) {
+      while (!end.reached()) {
         const Duration wait =
             std::clamp<Duration>(device.wake_at() - live_clock(), 0, kSecond / 20);
         if (guest->wait_readable(wait) != io::Descriptor::Ready::no)

@@ -46,18 +46,18 @@ sensor::Unit unit_of(const std::string& text) {
 
 }  // namespace
 
-Interrupt::Interrupt() {
+RunEnd::RunEnd(double seconds) : end_(seconds > 0 ? live_clock() + from_seconds(seconds) : 0) {
   interrupted = 0;
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
 }
 
-Interrupt::~Interrupt() {
+RunEnd::~RunEnd() {
   std::signal(SIGINT, SIG_DFL);
   std::signal(SIGTERM, SIG_DFL);
 }
 
-bool Interrupt::pressed() const { return interrupted != 0; }
+bool RunEnd::reached() const { return interrupted != 0 || (end_ > 0 && live_clock() >= end_); }
 
 Time live_clock() {
   using namespace std::chrono;
@@ -88,13 +88,10 @@ void add_device_options(CLI::App& command, DeviceOptions& options) {
 }
 
 std::unique_ptr<io::Source> open_device(const std::string& port, const DeviceOptions& options,
-                                        const Interrupt& interrupt, KeepTelegram telegram) {
+                                        const RunEnd& end, KeepTelegram telegram) {
   io::LiveHooks hooks;
   hooks.clock = live_clock;
-  const Time end = options.duration > 0 ? live_clock() + from_seconds(options.duration) : 0;
-  hooks.stopped = [&interrupt, end] {
-    return interrupt.pressed() || (end > 0 && live_clock() >= end);
-  };
+  hooks.stopped = [&end] { return end.reached(); };
   const bool people = ::isatty(STDERR_FILENO) != 0;
   hooks.activity = [people](const std::string& what) {
     if (people) fmt::print(stderr, "{}\n", what);

@@ -15,14 +15,18 @@ class App;
 
 namespace majak::app {
 
-/// While it lives, Ctrl-C (and SIGTERM) does not kill the program but is told by pressed().
-class Interrupt {
+/// When a live run ends: after a time, or by Ctrl-C (or SIGTERM), which does not kill the program
+/// while this lives.
+class RunEnd {
  public:
-  Interrupt();
-  ~Interrupt();
-  Interrupt(const Interrupt&) = delete;
-  Interrupt& operator=(const Interrupt&) = delete;
-  bool pressed() const;
+  explicit RunEnd(double seconds);  ///< 0: only by Ctrl-C
+  ~RunEnd();
+  RunEnd(const RunEnd&) = delete;
+  RunEnd& operator=(const RunEnd&) = delete;
+  bool reached() const;
+
+ private:
+  Time end_;
 };
 
 /// ns since 1970 at the start, from then on by a clock that nobody sets back.
@@ -46,8 +50,8 @@ void add_device_options(CLI::App& command, DeviceOptions& options);
 using KeepTelegram = std::function<void(std::span<const std::uint8_t>, Time)>;
 
 /// Throws Error for words that mean nothing, and where the port cannot be opened. `telegram` as in
-/// io::LiveHooks. `interrupt` must outlive the source.
+/// io::LiveHooks. `end` must outlive the source.
 std::unique_ptr<io::Source> open_device(const std::string& port, const DeviceOptions& options,
-                                        const Interrupt& interrupt, KeepTelegram telegram);
+                                        const RunEnd& end, KeepTelegram telegram);
 
 }  // namespace majak::app

@@ -137,11 +137,14 @@ class Input {
  public:
   explicit Input(const MapOptions& o) {
     if (!is_device(o.log)) {
+      if (!o.record.empty())
+        throw Error(
+            fmt::format("--record: {} is no device; majak convert makes a recording of it", o.log));
       source_ = io::open_log(o.log, o.source);
       return;
     }
-    interrupt_ = std::make_unique<Interrupt>();
-    source_ = open_device(o.log, o.device, *interrupt_,
+    end_ = std::make_unique<RunEnd>(o.device.duration);
+    source_ = open_device(o.log, o.device, *end_,
                           [this](std::span<const std::uint8_t> telegram, Time first_byte) {
                             if (recording_) recording_->add_telegram(telegram, first_byte);
                           });
@@ -159,7 +162,7 @@ class Input {
   const Report& report() const { return source_->report(); }
 
  private:
-  std::unique_ptr<Interrupt> interrupt_;
+  std::unique_ptr<RunEnd> end_;
   std::unique_ptr<io::RecordingWriter> recording_;
   std::unique_ptr<io::Source> source_;
 };

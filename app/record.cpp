@@ -35,12 +35,12 @@ void run(const RecordOptions& o) {
     throw Error(
         fmt::format("{}: is no device; majak record wants a serial port or tcp://host", o.port));
   const std::string name = o.output.empty() ? default_name() : o.output;
-  const Interrupt interrupt;
+  const RunEnd end(o.device.duration);
   std::unique_ptr<io::RecordingWriter> recording;
   const auto keep = [&](std::span<const std::uint8_t> telegram, Time first_byte) {
     recording->add_telegram(telegram, first_byte);
   };
-  const auto source = open_device(o.port, o.device, interrupt, keep);
+  const auto source = open_device(o.port, o.device, end, keep);
   recording = std::make_unique<io::RecordingWriter>(
       name, telegrams_of(o.port));  // not before the port is there
   {

@@ -73,8 +73,7 @@ void ScanClock::add(const Point& point) {
 }
 
 Time ScanClock::stamp(Time arrival, std::optional<std::uint8_t> index, int turns_per_beat) {
-  const bool anew = hull_.empty() || static_cast<double>(arrival - last_) >
-                                         100.0 * static_cast<double>(options_.most_delay);
+  const bool anew = hull_.empty() || arrival - last_ > options_.pause;
   if (anew) {
     clear();
     hull_.push_back({beat_ = 0, arrival});

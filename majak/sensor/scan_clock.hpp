@@ -17,10 +17,10 @@
 namespace majak::sensor {
 
 struct ScanClockOptions {
-  Duration period = 0;            ///< ns between two scans, nominal; > 0
-  double most_skew = 0.005;       ///< share by which the true period may differ
-  std::int64_t window = 3000;     ///< beats looked back at
-  Duration most_delay = kSecond;  ///< later arrivals begin anew: something was interrupted
+  Duration period = 0;             ///< ns between two scans, nominal; > 0
+  double most_skew = 0.005;        ///< share by which the true period may differ
+  std::int64_t window = 3000;      ///< beats looked back at
+  Duration pause = 100 * kSecond;  ///< after such a time without scans all begins anew
 };
 
 class ScanClock {

@@ -77,24 +77,22 @@ void FrontEnd::follow(const match::ScanPoints& points, const MotionPrior& prior,
   const Pose2 predicted = pose_ * prior.T_previous_robot;
   step.match = track(points, prior);
   step.searched = step.match.score < options_.trusted_score;
-  bool hearsay = false;
   if (step.searched) {
     const match::Match found = recover(points, step.match, prior, gap);
-    hearsay = !gap && against_wheels(prior, found.T_map_robot) && !told_before(prior, found);
-    if (!hearsay) step.match = found;
+    step.held = !gap && against_wheels(prior, found.T_map_robot) && !told_before(prior, found);
+    if (!step.held) step.match = found;
   }
-  if (!hearsay) told_ = 0;
+  if (!step.held) told_ = 0;
   // What was found far off the prediction must fit well, or it is another place that looks alike.
   const Pose2 off = between(predicted, step.match.T_map_robot);
   const bool far = off.translation().norm() > options_.search_translation ||
                    std::abs(off.theta) > options_.search_rotation;
   const bool poor = step.match.score < (far ? options_.trusted_score : options_.weak_score);
-  if (!hearsay) poor_ = poor ? poor_ + 1 : 0;
-  step.held = hearsay;
-  step.broken = poor && !hearsay && (gap || poor_ >= options_.patience);
+  if (!step.held) poor_ = poor ? poor_ + 1 : 0;
+  step.broken = poor && !step.held && (gap || poor_ >= options_.patience);
   if (step.broken) begin_again();
   // A scan that fits nowhere tells nothing: the wheels do, or the robot is taken to stand still.
-  if ((poor_ > 0 || hearsay) && step.match.score < 0.5 * options_.weak_score)
+  if ((poor_ > 0 || step.held) && step.match.score < 0.5 * options_.weak_score)
     step.match.T_map_robot = prior.habit ? pose_ : predicted;
 }
 
