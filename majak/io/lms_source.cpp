@@ -96,8 +96,7 @@ void LmsSource::tell() {
 
 std::optional<Event> LmsSource::scan_of(const sensor::LmsDelivery& delivery) {
   const sensor::LmsDevice& device = driver_.device();
-  if (delivery.skipped > 0)
-    own_.add("turns of the mirror for which the line had no room", {delivery.skipped, 0});
+  skipped_ += delivery.skipped;
   const auto configuration = device.configuration.value_or(sensor::LmsConfiguration::factory());
   try {
     return sensor::to_scan(delivery.scan, configuration, device.variant, delivery.stamp);
@@ -110,6 +109,7 @@ std::optional<Event> LmsSource::scan_of(const sensor::LmsDelivery& delivery) {
 const Report& LmsSource::report() const {
   all_ = own_;
   for (const auto& [what, entry] : driver_.report().entries()) all_.add(what, entry);
+  if (skipped_ > 0) all_.add("scans for which the line had no room", {skipped_, 0});
   const auto& counts = driver_.framer();
   if (counts.crc_errors > 0)
     all_.add("telegrams that arrived damaged; left out", {counts.crc_errors, 0});

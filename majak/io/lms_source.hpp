@@ -44,6 +44,7 @@ class LmsSource : public Source {
   int baud_ = 0;
   Time next_try_ = 0;
   std::string told_;
+  std::int64_t skipped_ = 0;
   Report own_;
   mutable Report all_;
 };

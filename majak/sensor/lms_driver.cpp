@@ -281,7 +281,7 @@ void LmsDriver::deliver(const Frame& frame, Time now) {
   d.telegram = frame.telegram;
   d.first_byte = std::min(frame.first_byte, now);
   d.stamp = clock_.stamp(d.first_byte, scan->scan_index, turns);
-  d.skipped = std::max<std::int64_t>(0, clock_.last_step() - 1);
+  d.skipped = clock_.last_step() - 1;
   deliveries_.push_back(std::move(d));
 }
 

@@ -54,7 +54,8 @@ struct LmsDelivery {
   Telegram telegram;    ///< that it came in
   Time first_byte = 0;  ///< as seen
   Time stamp = 0;       ///< the same without what held it up (ScanClock)
-  /// Scans that the device measured since the one before, for which the line had no room.
+  /// Scans that the device measured since the one before, for which the line had no room; negative
+  /// where too many had been counted.
   std::int64_t skipped = 0;
 };
 

@@ -19,9 +19,12 @@ double slope(std::int64_t beats, Duration time) {
 
 void ScanClock::clear() {
   hull_.clear();
+  newest_.reset();
   index_.reset();
   step_ = 0;
 }
+
+bool ScanClock::settled() const { return hull_.back().beat - hull_.front().beat >= kLeastWidth; }
 
 double ScanClock::period() const {
   return hull_.empty() ? static_cast<double>(options_.period) : line().slope;
@@ -35,9 +38,7 @@ ScanClock::Line ScanClock::line() const {
     const Point &a = hull_[i - 1], &b = hull_[i];
     if (b.beat < middle) continue;
     const double s = slope(b.beat - a.beat, b.arrival - a.arrival);
-    if (newest.beat - hull_.front().beat < kLeastWidth ||
-        std::abs(s - nominal) > options_.most_skew * nominal)
-      break;
+    if (!settled() || std::abs(s - nominal) > options_.most_skew * nominal) break;
     return {static_cast<double>(a.arrival), s, a.beat};
   }
   // Too little seen yet: the nominal period, touching the arrivals from below.
@@ -51,8 +52,9 @@ std::int64_t ScanClock::next_beat(Time arrival, std::optional<std::uint8_t> inde
                                   int turns_per_beat) const {
   const Line l = line();
   const double beats = (static_cast<double>(arrival) - l(beat_)) / l.slope + kEarly;
-  const auto whole = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::floor(beats)));
-  if (!index || !index_) return beat_ + whole;
+  const auto whole = static_cast<std::int64_t>(std::floor(beats));
+  // Not later than the scan before: that one had been held up for a beat and was counted too far.
+  if (!index || !index_) return beat_ + (settled() ? whole : std::max<std::int64_t>(1, whole));
   // The counter tells the beats but for multiples of its 256 turns.
   const int turns = static_cast<std::uint8_t>(*index - *index_);
   const std::int64_t told = std::max(1, turns / turns_per_beat);
@@ -82,9 +84,10 @@ Time ScanClock::stamp(Time arrival, std::optional<std::uint8_t> index, int turns
   }
   const std::int64_t beat = next_beat(arrival, index, turns_per_beat);
   step_ = beat - beat_;
+  if (newest_ && step_ >= 1) add(*newest_);
   beat_ = beat;
   index_ = index;
-  add({beat, arrival});
+  newest_ = Point{beat, arrival};
   const auto told = static_cast<Time>(std::llround(line()(beat)));
   last_ = std::max(std::min(told, arrival), last_ + 1);
   return last_;

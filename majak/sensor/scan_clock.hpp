@@ -32,7 +32,8 @@ class ScanClock {
   /// mirror turns (modulo 256) if it sends one, and how many of them make one beat.
   Time stamp(Time arrival, std::optional<std::uint8_t> index = {}, int turns_per_beat = 1);
 
-  /// Beats between the last two scans: more than 1 where the line is too slow or scans were lost.
+  /// Beats between the last two scans: more than 1 where the line is too slow or scans were lost, 0
+  /// or less where the scan before was late by a beat and had been counted too far.
   std::int64_t last_step() const { return step_; }
   /// True period as estimated, ns.
   double period() const;
@@ -52,12 +53,14 @@ class ScanClock {
     }
   };
 
+  bool settled() const;
   Line line() const;
   std::int64_t next_beat(Time arrival, std::optional<std::uint8_t> index, int turns_per_beat) const;
   void add(const Point& point);
 
   ScanClockOptions options_;
-  std::deque<Point> hull_;  ///< lower convex hull of the window
+  std::deque<Point> hull_;       ///< lower convex hull of the window
+  std::optional<Point> newest_;  ///< not in it before the next scan has shown that it counts right
   std::int64_t beat_ = 0, step_ = 0;
   Time last_ = 0;
   std::optional<std::uint8_t> index_;

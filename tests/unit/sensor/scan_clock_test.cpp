@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -84,6 +85,33 @@ TEST(ScanClock, ABacklogIsCountedRightByTheDevicesIndex) {
     return k >= 150 && k < 161 ? (161 - k) * kPeriod : 0;
   };
   EXPECT_LT(run(1000, 0, delay, 1, true).worst, 1e-6);
+}
+
+TEST(ScanClock, ScansHeldUpForABeatOrTwoSpoilNoOthers) {
+  // The computer is busy now and then; there is no index to count by.
+  ScanClock clock({.period = kPeriod});
+  RandomStream r(5);
+  double worst = 0, worst_late = 0;
+  std::int64_t steps = 0;
+  int late = 0;
+  Time before = 0;
+  for (int i = 0; i < 6000; ++i) {
+    const bool busy = i > 100 && r.uniform() < 0.01;
+    const double delay = busy ? r.uniform(0.5, 1.9) : 0.04 * r.uniform();
+    const Time truth = 5 * kSecond + i * kPeriod;
+    // Nothing overtakes what is held up.
+    const Time arrival = before =
+        std::max(truth + static_cast<Duration>(delay * kPeriod), before + 1);
+    const bool held_up = arrival - truth > kPeriod / 10;
+    const double off = std::abs(to_seconds(clock.stamp(arrival) - truth));
+    if (i > 0) steps += clock.last_step();
+    late += held_up;
+    if (i > 1500) (held_up ? worst_late : worst) = std::max(held_up ? worst_late : worst, off);
+  }
+  EXPECT_GT(late, 30);
+  EXPECT_LT(worst, 1e-4);
+  EXPECT_LT(worst_late, 2e-9 * kPeriod);
+  EXPECT_EQ(steps, 5999);
 }
 
 TEST(ScanClock, LostScansAreSeen) {
