@@ -57,6 +57,18 @@ struct GpsFix {
   Time time = 0;
   double east = 0;   ///< m
   double north = 0;  ///< m
+  double sigma = 0;  ///< m, standard deviation of each axis; 0 where the receiver does not say
+};
+
+/// A beacon that a sensor on the robot has seen: how far off, in which direction, or both.
+struct BeaconSighting {
+  Time time = 0;
+  int beacon = -1;                ///< its number; -1 where it does not say who it is
+  std::optional<double> range;    ///< m from the sensor
+  std::optional<double> bearing;  ///< rad in the sensor's frame, counter-clockwise from ahead
+  double range_sigma = 0;         ///< m
+  double bearing_sigma = 0;       ///< rad
+  Pose2 T_robot_sensor;           ///< mounting
 };
 
 /// Where the robot really was (simulator, or a reference system).
@@ -65,7 +77,7 @@ struct Truth {
   Pose2 T_world_robot;
 };
 
-using Event = std::variant<Scan, Odometry, WheelMotion, GpsFix, Truth>;
+using Event = std::variant<Scan, Odometry, WheelMotion, GpsFix, BeaconSighting, Truth>;
 
 inline Time time_of(const Event& event) {
   return std::visit([](const auto& e) { return e.time; }, event);

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Localizer: what every method of localization looks like from outside. Whoever runs one hands it
+// events in the log's order and asks for the whole path at the end; methods/ makes them by name.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "majak/core/estimate.hpp"
+#include "majak/core/event.hpp"
+#include "majak/core/report.hpp"
+
+namespace majak::localize {
+
+/// What an absolute measurement said against what was expected of it.
+struct Innovation {
+  Time time = 0;
+  const char* sensor = "";  ///< "gps", "beacon", "scan match" ...
+  double nis = 0;           ///< normalized innovation squared; chi-square with `dof` if honest
+  int dof = 0;
+  bool used = true;  ///< false: beyond the gate
+};
+
+/// What a finished run leaves: its best estimates, by time.
+struct Localization {
+  std::vector<Estimate> estimates;
+  std::vector<Innovation> innovations;
+  Report report;
+};
+
+struct Localizer {
+  /// The next event, in the log's order; the newest estimate where it made one.
+  std::function<std::optional<Estimate>(const Event&)> add;
+  /// After the last event. May know more than add() did at the time (smoothing).
+  std::function<Localization()> finish;
+};
+
+}  // namespace majak::localize

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// The registry of methods: one row a method, read by the command line and by everything that
+// compares methods. A new method is one new file and one new row.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "majak/core/options.hpp"
+#include "majak/localize/localizer.hpp"
+
+namespace majak::methods {
+
+/// The options of all methods together: one struct, so that one options.toml serves them all.
+struct LocalizeOptions {};
+void describe(OptionFields& fields, LocalizeOptions& options);
+
+struct Method {
+  const char* name;           ///< on the command line: "dead-reckoning"
+  const char* in_the_thesis;  ///< what it is called there, and where: "dead reckoning, p. 15"
+  const char* needs;          ///< for people: "odometry, or wheel speed and steering"
+  const char* yields;         ///< for people: "trajectory with covariance"
+  localize::Localizer (*make)(const LocalizeOptions& options);
+};
+
+std::span<const Method> methods();
+
+/// Throws Error that lists the names there are.
+const Method& method(std::string_view name);
+
+}  // namespace majak::methods
