@@ -23,10 +23,19 @@ struct Innovation {
   bool used = true;  ///< false: beyond the gate
 };
 
+/// A number that the run has found out beside the path: a scale, an offset, a place on the robot.
+struct LearntValue {
+  std::string name;  ///< for people: "antenna ahead of the axle"
+  std::string unit;
+  double value = 0;
+  double sigma = 0;
+};
+
 /// What a finished run leaves: its best estimates, by time.
 struct Localization {
   std::vector<Estimate> estimates;
   std::vector<Innovation> innovations;
+  std::vector<LearntValue> learnt;
   Report report;
 };
 

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kalman: the extended Kalman filter over wheels, satellites and beacons, and at the end of a log
+// its fixed-interval smoother, repeated until the equations are linear where the result is
+// (Bell and Cathey 1993). Relative information (wheels) predicts, absolute (fixes, beacons)
+// corrects; what the wheels count wrongly, where the antenna sits and how the satellites err now is
+// estimated beside the pose (docs/MATH.md "Kalman filter").
+//
+//   localize::Kalman kalman({});
+//   while (auto event = source->next()) kalman.add(*event);
+//   const Localization result = kalman.finish();
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "majak/core/event.hpp"
+#include "majak/core/options.hpp"
+#include "majak/filter/pose_filter.hpp"
+#include "majak/localize/gps_pieces.hpp"
+#include "majak/localize/localizer.hpp"
+
+namespace majak::localize {
+
+struct KalmanOptions {
+  // Random errors of the wheels.
+  double way_noise = 0.02;   ///< m per sqrt(m), along
+  double side_noise = 0.02;  ///< m per sqrt(m), across
+  double turn_noise = 0.01;  ///< rad per sqrt(m)
+  double spin_noise = 0.03;  ///< rad per sqrt(rad)
+  double idle_noise = 1;     ///< m per sqrt(s), where nothing tells of the motion
+  // Systematic ones, one sigma; learnt on the way.
+  double scale_sigma = 0.03;        ///< of the way
+  double turn_scale_sigma = 0.05;   ///< of turns; of the steering angle
+  double turn_offset_sigma = 0.02;  ///< rad per m straight ahead, of two wheels
+  double steering_sigma = 0.01;     ///< rad, straight ahead of a car's steering
+  double wander_sigma = 0.002;      ///< rad per m, of that which changes with time
+  double wander_memory = 20;        ///< s
+  double wheelbase = 2.83;          ///< m, Ackermann
+
+  // Satellites: a slow error that is drawn anew with each piece, and a fast one.
+  double gps_sigma = 0.5;        ///< m, where the receiver does not say
+  double gps_fast_share = 0.15;  ///< of it, from fix to fix
+  double gps_memory = 60;        ///< s, of the slow part
+  double antenna_sigma = 2;      ///< m, its place on the robot, ahead and to the side
+  GpsPiecesOptions pieces;
+
+  double gate = 9;          ///< NIS beyond which a measurement is believed less
+  double find_heading = 8;  ///< m driven between fixes before the heading is taken from them
+  int rounds = 12;          ///< of smoothing, at most
+};
+void describe(OptionFields& fields, KalmanOptions& options);
+
+class Kalman {
+ public:
+  explicit Kalman(const KalmanOptions& options);
+
+  /// The next event, in the log's order. An estimate for every scan, fix and sighting, or for
+  /// the wheels' own records where there is no scan.
+  std::optional<Estimate> add(const Event& event);
+  Localization finish();
+
+ private:
+  /// Beside the pose: four numbers of the wheels (scale, turn scale, turn per way and
+  /// how much that has wandered), the antenna on
+  /// the robot (ahead, left), the satellites' slow error (east, north).
+  static constexpr int kExtra = 8;
+  static constexpr int kScale = 0, kTurnScale = 1, kTurnOffset = 2, kWander = 3, kAntenna = 4,
+                       kSlow = 6;
+  using State = filter::PoseState<kExtra>;
+  using Belief = filter::PoseBelief<kExtra>;
+  using Motion = filter::RelativeInput<kExtra>;
+  static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+
+  /// A time at which something is measured or asked for.
+  struct Node {
+    Time time = 0;
+    Motion motion;  ///< since the node before
+    std::size_t fix = kNone;
+    bool wanted = true;      ///< gives an estimate
+    bool new_piece = false;  ///< the satellites' slow error is drawn anew here
+    Belief predicted, filtered, smoothed;
+  };
+
+  std::optional<Estimate> at_once(Time time, std::size_t fix, bool wanted);
+  std::optional<Estimate> take_waiting(Time until);
+  void drive(const WheelMotion& wheels);
+  std::optional<Estimate> drive(Time time, const Pose2& T_odom_robot);
+  void drift(double seconds);
+  void roll(const Vec3& twist, const Mat3& twist_by_wheels, double seconds);
+  Motion motion_to(const Node& node) const;
+  Belief beginning() const;
+  bool find_heading(std::size_t until, double least_way);
+  filter::AbsoluteInput<kExtra, 2> see(const GpsFix& fix, double weight, const State& at) const;
+  void filter_node(std::size_t k, bool linear, double gate, std::size_t& piece,
+                   std::vector<Innovation>* innovations);
+  double round();
+  void extend(std::size_t from, double bend);
+  double converge();
+  void weigh();
+  void settle();
+  Estimate estimate(const Node& node, const Belief& belief) const;
+  std::vector<LearntValue> learnt(const Belief& belief) const;
+
+  KalmanOptions options_;
+  GpsPieces pieces_;
+  std::vector<Node> nodes_;
+  std::vector<GpsFix> fixes_;
+  std::vector<FixVerdict> verdicts_;
+  std::vector<double> weights_;  ///< of the fixes, Student's
+  std::size_t piece_ = kNone;    ///< of the newest fix that was believed
+  Motion pending_;               ///< since the newest node
+  std::optional<WheelMotion> wheels_;
+  std::optional<Odometry> odometry_;
+  struct Waiting {
+    Time time;
+    std::size_t fix;
+    bool wanted;
+  };
+  std::deque<Waiting> waiting_;  ///< for the odometry to come by
+  double way_ = 0;
+  Time clock_ = 0;           ///< up to which the motion is integrated
+  std::size_t settled_ = 0;  ///< nodes whose equations are linear at the smoothed path
+  double settled_way_ = 0, cost_ = 0;
+  bool begun_ = false, scans_ = false, oriented_ = false;
+  Pose2 T_map_begin_;
+  std::vector<Innovation> innovations_;
+  Report report_;
+};
+
+}  // namespace majak::localize
