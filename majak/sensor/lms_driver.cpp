@@ -12,15 +12,13 @@ constexpr Duration kMillisecond = kSecond / 1000;
 // Times of the telegram listing, with room for a USB adapter.
 constexpr Duration kAckWithin = 200 * kMillisecond;     // 60 ms, and the way there and back
 constexpr Duration kAfterNak = 40 * kMillisecond;       // at least 30 ms
-constexpr Duration kModeWithin = 3 * kSecond;           // a change of mode
-constexpr Duration kWriteWithin = 8 * kSecond;          // the EEPROM
+constexpr Duration kModeWithin = 3300 * kMillisecond;   // a change of mode: 3 s
+constexpr Duration kWriteWithin = 8 * kSecond;          // the EEPROM: 7 s
 constexpr Duration kReplyWithin = 1500 * kMillisecond;  // 160 bytes at 9600 Bd are 170 ms
 constexpr Duration kAfterBaud = 300 * kMillisecond;     // after the port's rate has changed
 constexpr Duration kSettle = 20 * kMillisecond;
-constexpr int kTries = 4;
-// As a rule the device answers within 70 ms; every fourth time all the rates are given what it may
-// take at most.
-constexpr Duration kSearchWithin = 350 * kMillisecond;
+constexpr int kTries = 4, kSearchTries = 2;
+constexpr Duration kSearchWithin = 350 * kMillisecond;  // for a word; 70 ms as a rule
 constexpr std::array<int, 5> kSearchOrder{0, 38400, 500000, 9600, 19200};  // 0: the last good one
 
 bool is_scan(const Telegram& t) {
@@ -101,7 +99,7 @@ void LmsDriver::understand(const Telegram& reply, Time now) {
     const int turns = options_.interlaced ? 1 : device_.variant.turns();
     period_ = turns * kMirrorTurn;
     clock_ = ScanClock({.period = period_});
-    last_heard_ = now;
+    last_scan_ = now;
     return;
   } else if (mode) {
     report_.count("the device does not begin to send; asked again");
@@ -153,12 +151,7 @@ void LmsDriver::refused(Time now) {
 
 void LmsDriver::ask_next(Time now, Duration pause) {
   request_ = what_next();
-  if (!stopped_ && state_ == State::searching && !heard_) {
-    const bool long_look = pass_ % 4 == 3;
-    request_->tries = long_look ? 1 : 2;
-    request_->patience = long_look ? kModeWithin : kSearchWithin;
-  }
-  tries_ = request_->tries;
+  tries_ = state_ == State::searching && !heard_ ? kSearchTries : request_->tries;
   again(now, pause);
 }
 
@@ -176,7 +169,7 @@ void LmsDriver::send(Time now) {
   const Duration way = transmission(bytes.size(), baud_) + byte_pause() * 20;
   // A command that meets a busy device is lost without a word; one that is understood may take its
   // time.
-  deadline_ = now + way + (state_ == State::searching ? request_->patience : kAckWithin);
+  deadline_ = now + way + (state_ == State::searching ? kSearchWithin : kAckWithin);
 }
 
 // All tries are used up, or the answer to something that must not be said twice is missing.
@@ -197,7 +190,7 @@ void LmsDriver::advance(Time now) {
   take_frames(now);
   if (now < wake_at()) return;
   if (state_ == State::streaming) {
-    if (now - last_heard_ < silence()) return;
+    if (now - last_scan_ < silence()) return;
     report_.count("no more scans; the device was looked for anew");
     forget();
     return search(now);
@@ -209,7 +202,7 @@ void LmsDriver::advance(Time now) {
 }
 
 Time LmsDriver::wake_at() const {
-  const Time mine = state_ == State::streaming ? last_heard_ + silence() : deadline_;
+  const Time mine = state_ == State::streaming ? last_scan_ + silence() : deadline_;
   const auto framers = framer_.expires_at();
   return framers ? std::min(mine, *framers) : mine;
 }
@@ -234,7 +227,7 @@ void LmsDriver::take_frames(Time now) {
 
 void LmsDriver::take(const Frame& frame, Time now) {
   if (frame.kind == Frame::Kind::ack) {
-    if (request_ && sent_ && !acknowledged_ && state_ != State::searching) {
+    if (request_ && sent_ && !acknowledged_) {
       acknowledged_ = true;
       deadline_ = now + request_->patience;
     }
@@ -249,7 +242,6 @@ void LmsDriver::take(const Frame& frame, Time now) {
   const Telegram& telegram = frame.telegram;
   if (device_.address != 0 && telegram.address != device_.address) return;
   found(telegram);
-  last_heard_ = now;
   if (telegram.is(Reply::power_on_identity)) return restarted(now);
   if (is_scan(telegram)) {
     if (state_ == State::streaming) deliver(frame, now);
@@ -264,7 +256,6 @@ void LmsDriver::take(const Frame& frame, Time now) {
 void LmsDriver::found(const Telegram& telegram) {
   device_.address = telegram.address;
   good_baud_ = baud_;
-  pass_ = 0;
   if (state_ != State::searching) return;
   if (!heard_) tries_ = std::max(tries_, kTries);
   heard_ = true;
@@ -282,6 +273,7 @@ void LmsDriver::deliver(const Frame& frame, Time now) {
   d.first_byte = std::min(frame.first_byte, now);
   d.stamp = clock_.stamp(d.first_byte, scan->scan_index, turns);
   d.skipped = clock_.last_step() - 1;
+  last_scan_ = now;
   deliveries_.push_back(std::move(d));
 }
 
@@ -297,7 +289,7 @@ std::optional<LmsDelivery> LmsDriver::next() {
 void LmsDriver::search(Time now) {
   state_ = State::searching;
   heard_ = false;
-  if (candidate_ >= kSearchOrder.size()) candidate_ = 0, ++pass_;
+  if (candidate_ >= kSearchOrder.size()) candidate_ = 0;
   const int baud = kSearchOrder[candidate_++];
   if (baud == good_baud_ && candidate_ > 1) return search(now);  // it had its turn
   try_baud(baud == 0 ? good_baud_ : baud, now);

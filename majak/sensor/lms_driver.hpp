@@ -126,12 +126,11 @@ class LmsDriver {
   std::optional<Request> request_;
   bool sent_ = false, acknowledged_ = false, heard_ = false;
   int tries_ = 0;
-  Time send_at_ = 0, deadline_ = 0, last_heard_ = 0;
+  Time send_at_ = 0, deadline_ = 0, last_scan_ = 0;
   std::vector<std::uint8_t> output_;
 
   int baud_ = 38400, good_baud_ = 38400;
   std::size_t candidate_ = 0;  ///< of the bauds looked through
-  int pass_ = 0;               ///< times that all were looked through
 
   ScanClock clock_{{.period = 1}};
   Duration period_ = 0;

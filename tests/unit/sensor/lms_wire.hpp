@@ -15,12 +15,12 @@ namespace majak::sensor {
 /// What the device measured and what arrived.
 class Wire {
  public:
-  explicit Wire(const LmsEmulatorOptions& device = {}, const LmsDriverOptions& driver = {},
+  explicit Wire(const LmsEmulatorOptions& laser = {}, const LmsDriverOptions& wanted = {},
                 const LmsFaults& faults = {})
       : device(
-            device, [this](Time t, const Variant& v) { return measure(t, v); }, 0),
-        driver(driver, 0) {
-    this->device.set_faults(faults);
+            laser, [this](Time t, const Variant& v) { return measure(t, v); }, 0),
+        driver(wanted, 0) {
+    device.set_faults(faults);
   }
 
   /// Until then, or until as many scans have arrived.
@@ -55,6 +55,7 @@ class Wire {
   Time now = 0;
   std::vector<Arrival> arrived;
   std::map<Time, std::vector<double>> truth;  ///< by first beam
+  double digit = 0.01;                        ///< m, to which the device rounds
 
  private:
   void step() {
@@ -84,10 +85,10 @@ class Wire {
     truth[first_beam] = ranges;
     return ranges;
   }
-  static bool same(const std::vector<double>& truth, const Scan& scan) {
-    if (truth.size() != scan.ranges.size()) return false;
-    for (std::size_t i = 0; i < truth.size(); ++i)
-      if (!(std::abs(truth[i] - static_cast<double>(scan.ranges[i])) < 0.0051)) return false;
+  bool same(const std::vector<double>& ranges, const Scan& scan) const {
+    if (ranges.size() != scan.ranges.size()) return false;
+    for (std::size_t i = 0; i < ranges.size(); ++i)
+      if (!(std::abs(ranges[i] - static_cast<double>(scan.ranges[i])) < 0.51 * digit)) return false;
     return true;
   }
 
