@@ -45,7 +45,7 @@ void set_rate(int fd, int baud, const std::string& device) {
   make_raw(t);
   t.c_cflag |= BOTHER;
   t.c_ispeed = t.c_ospeed = static_cast<speed_t>(baud);
-  if (::ioctl(fd, TCSETSW2, &t) != 0)
+  if (::ioctl(fd, TCSETSF2, &t) != 0)
     throw Error(fmt::format("{}: does not do {} baud", device, baud));
 }
 

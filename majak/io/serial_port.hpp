@@ -15,7 +15,8 @@ class SerialPort {
   /// opened, or when it is no terminal.
   explicit SerialPort(const std::string& device);
 
-  /// What was sent is waited for, so that no byte goes out at the wrong rate.
+  /// What was sent is waited for, so that no byte goes out at the wrong rate; what came in at the
+  /// old rate and was not read is forgotten, as it is on opening.
   void set_baud(int baud);
 
   const std::string& device() const { return device_; }

@@ -66,6 +66,18 @@ TEST_F(SerialPortTest, TellsTheOtherEndItsRate) {
   }
 }
 
+// A stream of an earlier program, or of the rate before: it would seem to be heard at this one.
+TEST_F(SerialPortTest, WhatCameBeforeIsForgotten) {
+  const PseudoTerminal device;
+  device.write(every_byte());
+  SerialPort host(device.device());
+  EXPECT_EQ(host.wait_readable(kSecond / 20), Descriptor::Ready::no);
+  device.write(every_byte());
+  EXPECT_EQ(host.wait_readable(kSecond), Descriptor::Ready::yes);
+  host.set_baud(38400);
+  EXPECT_EQ(host.wait_readable(kSecond / 20), Descriptor::Ready::no);
+}
+
 TEST_F(SerialPortTest, NothingToReadIsNothing) {
   const PseudoTerminal device;
   const SerialPort host(device.device());
