@@ -24,8 +24,10 @@ volatile std::sig_atomic_t interrupted = 0;  // a signal handler can reach nothi
 
 extern "C" void on_signal(int) { interrupted = 1; }
 
-// "180/0.5"
-sensor::Variant variant_of(const std::string& text) {
+constexpr int kFastBaud = 500000;
+
+// "180/0.5". Of single turns a device with quarters of a degree sends 180 degrees, too.
+sensor::Variant variant_of(const std::string& text, bool interlaced) {
   int field = 0;
   double step = 0;
   char end = 0;
@@ -33,15 +35,32 @@ sensor::Variant variant_of(const std::string& text) {
     const sensor::Variant wanted{field, static_cast<int>(std::lround(100 * step))};
     for (const sensor::Variant& v : sensor::kVariants)
       if (v == wanted) return v;
+    if (interlaced && wanted == sensor::Variant{180, 25}) return {100, 25};
   }
-  throw Error(fmt::format(
-      "--resolution {}: choose 180/1, 180/0.5, 100/1, 100/0.5 or 100/0.25 (degrees)", text));
+  throw Error(
+      fmt::format("--resolution {}: choose 180/1, 180/0.5, 100/1, 100/0.5 or 100/0.25 (degrees){}",
+                  text, interlaced ? ", or 180/0.25" : ""));
 }
 
 sensor::Unit unit_of(const std::string& text) {
   if (text == "cm") return sensor::Unit::centimetre;
   if (text == "mm") return sensor::Unit::millimetre;
   throw Error(fmt::format("--unit {}: choose cm or mm", text));
+}
+
+io::LmsSourceOptions lms_options(const DeviceOptions& options) {
+  io::LmsSourceOptions source;
+  if (options.merge_turns && options.baud != 0 && options.baud != kFastBaud)
+    throw Error(
+        fmt::format("--merge-turns: at {} Bd turns get lost; it needs 500000", options.baud));
+  source.merge_turns = options.merge_turns;
+  source.driver.interlaced = options.interlaced || options.merge_turns;
+  if (options.merge_turns) source.driver.baud = kFastBaud;
+  if (options.baud > 0) source.driver.baud = options.baud;
+  if (!options.resolution.empty())
+    source.driver.variant = variant_of(options.resolution, source.driver.interlaced);
+  if (!options.unit.empty()) source.driver.unit = unit_of(options.unit);
+  return source;
 }
 
 }  // namespace
@@ -83,6 +102,10 @@ void add_device_options(CLI::App& command, DeviceOptions& options) {
                      "device: field of view and step, 180/0.5 or the like (degrees)");
   command.add_option("--unit", options.unit,
                      "device: cm or mm; written to its EEPROM if different");
+  command.add_flag("--interlaced", options.interlaced,
+                   "device: each turn of the mirror is a scan, a beam a degree");
+  command.add_flag("--merge-turns", options.merge_turns,
+                   "device: interlaced turns put together to whole scans (at 500000 Bd)");
   command.add_option("--duration", options.duration, "device: s, until Ctrl-C where not given")
       ->check(CLI::NonNegativeNumber);
 }
@@ -99,11 +122,7 @@ std::unique_ptr<io::Source> open_device(const std::string& port, const DeviceOpt
   hooks.telegram = std::move(telegram);
   if (const auto address = io::parse_tcp(port, kColaPort))
     return std::make_unique<io::ColaSource>(*address, io::ColaSourceOptions{}, std::move(hooks));
-  io::LmsSourceOptions source;
-  if (options.baud > 0) source.driver.baud = options.baud;
-  if (!options.resolution.empty()) source.driver.variant = variant_of(options.resolution);
-  if (!options.unit.empty()) source.driver.unit = unit_of(options.unit);
-  return std::make_unique<io::LmsSource>(port, source, std::move(hooks));
+  return std::make_unique<io::LmsSource>(port, lms_options(options), std::move(hooks));
 }
 
 }  // namespace majak::app

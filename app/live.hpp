@@ -40,10 +40,12 @@ std::string telegrams_of(const std::string& device);
 
 /// How a device is to be set; the command line's words for it.
 struct DeviceOptions {
-  int baud = 0;            // Bd, 0: majak's choice
-  std::string resolution;  // "180/0.5": degrees / degrees; empty: as it is
-  std::string unit;        // "mm", "cm"; empty: as it is
-  double duration = 0;     // s, 0: until Ctrl-C
+  int baud = 0;              // Bd, 0: majak's choice
+  std::string resolution;    // "180/0.5": degrees / degrees; empty: as it is
+  std::string unit;          // "mm", "cm"; empty: as it is
+  bool interlaced = false;   // every turn of the mirror is a scan
+  bool merge_turns = false;  // of the interlaced device, to whole scans
+  double duration = 0;       // s, 0: until Ctrl-C
 };
 void add_device_options(CLI::App& command, DeviceOptions& options);
 

@@ -99,7 +99,12 @@ std::optional<Event> LmsSource::scan_of(const sensor::LmsDelivery& delivery) {
   skipped_ += delivery.skipped;
   const auto configuration = device.configuration.value_or(sensor::LmsConfiguration::factory());
   try {
-    return sensor::to_scan(delivery.scan, configuration, device.variant, delivery.stamp);
+    if (!options_.merge_turns)
+      return sensor::to_scan(delivery.scan, configuration, device.variant, delivery.stamp);
+    const auto whole = merger_.add(delivery.scan, device.variant, delivery.stamp);
+    if (!whole) return std::nullopt;
+    return sensor::to_scan(*whole, configuration, sensor::merged_variant(device.variant),
+                           delivery.stamp);
   } catch (const Error& e) {
     own_.count(fmt::format("scans left out: {}", e.what()));
     return std::nullopt;
@@ -110,6 +115,8 @@ const Report& LmsSource::report() const {
   all_ = own_;
   for (const auto& [what, entry] : driver_.report().entries()) all_.add(what, entry);
   if (skipped_ > 0) all_.add("scans for which the line had no room", {skipped_, 0});
+  if (merger_.incomplete() > 0)
+    all_.add("scans of which a turn was lost; left out", {merger_.incomplete(), 0});
   const auto& counts = driver_.framer();
   if (counts.crc_errors > 0)
     all_.add("telegrams that arrived damaged; left out", {counts.crc_errors, 0});

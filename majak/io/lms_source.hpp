@@ -11,11 +11,15 @@
 #include "majak/io/serial_port.hpp"
 #include "majak/io/source.hpp"
 #include "majak/sensor/lms_driver.hpp"
+#include "majak/sensor/turn_merger.hpp"
 
 namespace majak::io {
 
 struct LmsSourceOptions {
   sensor::LmsDriverOptions driver;
+  /// Turns of an interlaced device (driver.interlaced) are put together to whole scans. At less
+  /// than 500000 Bd turns are always missing, and no scan becomes whole.
+  bool merge_turns = false;
 };
 
 class LmsSource : public Source {
@@ -41,6 +45,7 @@ class LmsSource : public Source {
   LiveHooks hooks_;
   std::optional<SerialPort> port_;
   sensor::LmsDriver driver_;
+  sensor::TurnMerger merger_;
   int baud_ = 0;
   Time next_try_ = 0;
   std::string told_;

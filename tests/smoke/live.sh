@@ -12,6 +12,7 @@ emulate() {  # emulate OPTIONS...: in the background, until $emulator is killed
   fail "majak emulate does not begin"
 }
 scans() { "$majak" info "$1" | awk '/^  records/ { print $2 + 0; exit }'; }
+beams() { "$majak" info "$1" | awk '/^  beams x step/ { print $(NF - 3); exit }'; }
 
 emulate --link laser
 trap 'kill $emulator 2>/dev/null; rm -rf "$work"' EXIT
@@ -29,6 +30,15 @@ sleep 5
 kill -9 $recorder
 wait $recorder 2>/dev/null
 [ "$(scans killed.mcap)" -gt 60 ] || fail "a killed recording has $(scans killed.mcap) scans"
+
+# Turn by turn, and turns put together to a resolution that no device sends in one piece.
+ok "$majak" record laser -o turns.mcap --duration 3 --interlaced --resolution 180/0.5 --baud 500000
+[ "$(beams turns.mcap)" = 181 ] || fail "a turn has $(beams turns.mcap) beams"
+ok "$majak" record laser -o merged.mcap --duration 4 --merge-turns --resolution 180/0.25
+[ "$(beams merged.mcap)" = 721 ] || fail "four turns have $(beams merged.mcap) beams"
+[ "$(scans merged.mcap)" -gt 20 ] || fail "only $(scans merged.mcap) scans were put together"
+refused "$majak" record laser --merge-turns --baud 38400
+refused "$majak" record laser --resolution 180/0.25
 
 # Other formats, and back.
 ok "$majak" convert live.mcap live.log
