@@ -78,6 +78,7 @@ void expect_sound(const Odometry& odometry) { EXPECT_TRUE(odometry.T_odom_robot.
 void expect_sound(const Truth& truth) { EXPECT_TRUE(truth.T_world_robot.finite()); }
 void expect_sound(const GpsFix& fix) { EXPECT_TRUE(std::isfinite(fix.east + fix.north)); }
 void expect_sound(const WheelMotion&) { FAIL() << "no CARMEN message says this"; }
+void expect_sound(const BeaconSighting&) { FAIL() << "no CARMEN message says this"; }
 
 std::size_t read(std::string bytes) {
   CarmenReader reader(open_bytes_in_memory(std::move(bytes)).bytes, "CARMEN log");
