@@ -244,6 +244,7 @@ void run_cola(const EmulateOptions& o, const View& view) {
   sensor::ColaEmulatorOptions d;
   d.boot_time = o.boot;
   d.start_angle = -90, d.angle_step = 0.5, d.beams = 361;
+  d.identity.name = "LMS10x_FieldEval";
   std::optional<Time> first;
   sensor::ColaEmulator device(
       d,

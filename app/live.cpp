@@ -54,6 +54,7 @@ io::LmsSourceOptions lms_options(const DeviceOptions& options) {
     throw Error(
         fmt::format("--merge-turns: at {} Bd turns get lost; it needs 500000", options.baud));
   source.merge_turns = options.merge_turns;
+  source.max_range = options.max_range;
   source.driver.interlaced = options.interlaced || options.merge_turns;
   if (options.merge_turns) source.driver.baud = kFastBaud;
   if (options.baud > 0) source.driver.baud = options.baud;
@@ -106,6 +107,10 @@ void add_device_options(CLI::App& command, DeviceOptions& options) {
                    "device: each turn of the mirror is a scan, a beam a degree");
   command.add_flag("--merge-turns", options.merge_turns,
                    "device: interlaced turns put together to whole scans (at 500000 Bd)");
+  command
+      .add_option("--max-range", options.max_range,
+                  "device: m, returns from there on are none; default: as far as it sees")
+      ->check(CLI::Range(0.1, 1000.0));
   command.add_option("--duration", options.duration, "device: s, until Ctrl-C where not given")
       ->check(CLI::NonNegativeNumber);
 }
@@ -120,8 +125,11 @@ std::unique_ptr<io::Source> open_device(const std::string& port, const DeviceOpt
     if (people) fmt::print(stderr, "{}\n", what);
   };
   hooks.telegram = std::move(telegram);
-  if (const auto address = io::parse_tcp(port, kColaPort))
-    return std::make_unique<io::ColaSource>(*address, io::ColaSourceOptions{}, std::move(hooks));
+  if (const auto address = io::parse_tcp(port, kColaPort)) {
+    io::ColaSourceOptions source;
+    source.scan.max_range = options.max_range;
+    return std::make_unique<io::ColaSource>(*address, source, std::move(hooks));
+  }
   return std::make_unique<io::LmsSource>(port, lms_options(options), std::move(hooks));
 }
 

@@ -45,6 +45,7 @@ struct DeviceOptions {
   std::string unit;          // "mm", "cm"; empty: as it is
   bool interlaced = false;   // every turn of the mirror is a scan
   bool merge_turns = false;  // of the interlaced device, to whole scans
+  double max_range = 0;      // m, 0: as the device says
   double duration = 0;       // s, 0: until Ctrl-C
 };
 void add_device_options(CLI::App& command, DeviceOptions& options);

@@ -92,8 +92,11 @@ void ColaSource::tell() {
 std::optional<Event> ColaSource::scan_of(const sensor::ColaDelivery& delivery) {
   if (delivery.scans_missed > 0)
     own_.add("scans that the device sent and that did not arrive", {delivery.scans_missed, 0});
+  sensor::ColaScanOptions options = options_.scan;
+  if (const auto& who = session_.identity(); who && options.max_range == 0)
+    options.max_range = sensor::cola_reach(who->name).value_or(0);
   try {
-    return sensor::to_scan(delivery.scan, options_.scan);
+    return sensor::to_scan(delivery.scan, options);
   } catch (const Error& e) {
     own_.count(fmt::format("scans left out: {}", e.what()));
     return std::nullopt;

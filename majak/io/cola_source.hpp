@@ -14,7 +14,7 @@ namespace majak::io {
 
 struct ColaSourceOptions {
   sensor::ColaSessionOptions session;
-  sensor::ColaScanOptions scan;
+  sensor::ColaScanOptions scan;  ///< max_range 0: the reach of the device that it says to be
 };
 
 class ColaSource : public Source {

@@ -15,6 +15,12 @@
 namespace majak::io {
 namespace {
 
+void limit_range(Scan& scan, float max_range) {
+  scan.max_range = std::min(scan.max_range, max_range);
+  for (float& range : scan.ranges)
+    if (range >= scan.max_range) range = kNoReturn;
+}
+
 void sleep_for(Duration d) { std::this_thread::sleep_for(std::chrono::nanoseconds(d)); }
 
 }  // namespace
@@ -98,13 +104,17 @@ std::optional<Event> LmsSource::scan_of(const sensor::LmsDelivery& delivery) {
   const sensor::LmsDevice& device = driver_.device();
   skipped_ += delivery.skipped;
   const auto configuration = device.configuration.value_or(sensor::LmsConfiguration::factory());
+  sensor::Variant variant = device.variant;
+  std::optional<sensor::LmsScan> whole = delivery.scan;
+  if (options_.merge_turns) {
+    whole = merger_.add(delivery.scan, variant, delivery.stamp);
+    variant = sensor::merged_variant(variant);
+  }
+  if (!whole) return std::nullopt;
   try {
-    if (!options_.merge_turns)
-      return sensor::to_scan(delivery.scan, configuration, device.variant, delivery.stamp);
-    const auto whole = merger_.add(delivery.scan, device.variant, delivery.stamp);
-    if (!whole) return std::nullopt;
-    return sensor::to_scan(*whole, configuration, sensor::merged_variant(device.variant),
-                           delivery.stamp);
+    Scan scan = sensor::to_scan(*whole, configuration, variant, delivery.stamp);
+    if (options_.max_range > 0) limit_range(scan, static_cast<float>(options_.max_range));
+    return scan;
   } catch (const Error& e) {
     own_.count(fmt::format("scans left out: {}", e.what()));
     return std::nullopt;

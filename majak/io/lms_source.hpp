@@ -20,6 +20,7 @@ struct LmsSourceOptions {
   /// Turns of an interlaced device (driver.interlaced) are put together to whole scans. At less
   /// than 500000 Bd turns are always missing, and no scan becomes whole.
   bool merge_turns = false;
+  double max_range = 0;  ///< m, from which on there is no return; 0: as far as values can state
 };
 
 class LmsSource : public Source {

@@ -146,9 +146,9 @@ ColaWriter& ColaWriter::f32(float value) {
   return number(std::bit_cast<std::uint32_t>(value), 4, 8);
 }
 
-ColaWriter& ColaWriter::text(std::string_view value) {
+ColaWriter& ColaWriter::text(std::string_view value, int length_bytes) {
   value = value.substr(0, std::numeric_limits<std::uint8_t>::max());
-  u8(static_cast<std::uint8_t>(value.size()));
+  number(static_cast<std::uint32_t>(value.size()), length_bytes, 1);
   if (dialect_ == ColaDialect::a) payload_ += ' ';
   payload_ += value;
   return *this;
@@ -199,8 +199,8 @@ std::int32_t ColaCursor::i32(const char* what) {
 }
 float ColaCursor::f32(const char* what) { return std::bit_cast<float>(u32(what)); }
 
-std::string ColaCursor::text(const char* what) {
-  const std::size_t length = u8(what);
+std::string ColaCursor::text(const char* what, int length_bytes) {
+  const auto length = static_cast<std::size_t>(number(length_bytes, false, what));
   if (telegram_->dialect == ColaDialect::a) take(1, what);
   return std::string(take(length, what));
 }

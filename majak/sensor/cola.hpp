@@ -55,8 +55,8 @@ class ColaWriter {
   ColaWriter& u32(std::uint32_t value);
   ColaWriter& i32(std::int32_t value);
   ColaWriter& f32(float value);
-  /// Text with its length (a byte) before it; what is longer than 255 bytes is cut.
-  ColaWriter& text(std::string_view value);
+  /// Text with its length (of one byte or two) before it; what is longer than 255 bytes is cut.
+  ColaWriter& text(std::string_view value, int length_bytes = 1);
   /// Characters of a width that both sides know; no blanks in them.
   ColaWriter& label(std::string_view value);
 
@@ -85,7 +85,7 @@ class ColaCursor {
   std::uint32_t u32(const char* what);
   std::int32_t i32(const char* what);
   float f32(const char* what);
-  std::string text(const char* what);
+  std::string text(const char* what, int length_bytes = 1);
   std::string label(std::size_t width, const char* what);
 
   bool at_end() const;

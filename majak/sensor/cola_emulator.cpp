@@ -202,6 +202,8 @@ void ColaEmulator::call(const ColaTelegram& command, Time now) {
 void ColaEmulator::read(const ColaTelegram& command, Time now) {
   if (command.name() == "SCdevicestate")
     return say(ColaWriter(dialect_, "sRA SCdevicestate").u8(measures(now) ? 1 : 0));
+  if (command.name() == "DeviceIdent" && !options_.identity.name.empty())
+    return say(tell_identity(options_.identity, dialect_));
   if (command.name() == "STlms" && options_.knows_stlms) {
     // State, temperature, then time and date as texts of known length, and three lamps.
     const std::uint16_t state = measures(now) ? 7 : first_turn_ ? 5 : 3;

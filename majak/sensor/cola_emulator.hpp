@@ -13,6 +13,7 @@
 #include "majak/core/options.hpp"
 #include "majak/core/time.hpp"
 #include "majak/sensor/cola.hpp"
+#include "majak/sensor/cola_identity.hpp"
 #include "majak/sensor/cola_scan.hpp"
 
 namespace majak::sensor {
@@ -33,6 +34,7 @@ struct ColaEmulatorOptions {
   std::uint32_t password = 0xF4724744;
   std::uint32_t clock_start = 0;  ///< us that the device's clock shows at power-up
   std::string name = {};          ///< sent with each scan where it is not empty
+  ColaIdentity identity{"TiM551", "V2.17-15.08.12"};  ///< no name: the question is refused
 };
 void describe(OptionFields& fields, ColaEmulatorOptions& options);
 

@@ -212,7 +212,8 @@ Scan to_scan(const ColaScan& scan, const ColaScanOptions& options) {
   out.start_angle = radians(distance.start_angle * 1e-4) - options.ahead;
   out.angle_step = radians(exact_cola_step(distance.angle_step) * 1e-4);
   const double longest = (65535.0 * double{distance.scale} + double{distance.offset}) * 1e-3;
-  out.max_range = static_cast<float>(options.max_range > 0 ? options.max_range : longest);
+  out.max_range =
+      static_cast<float>(options.max_range > 0 ? std::min(options.max_range, longest) : longest);
   out.ranges.reserve(distance.raw.size());
   for (const std::uint16_t raw : distance.raw)
     out.ranges.push_back(range_of(raw, distance, out.max_range));

@@ -83,7 +83,7 @@ std::string encode_scan(const ColaScan& scan, ColaDialect dialect);
 const char* cola_status_words(const std::array<std::uint8_t, 2>& status);
 
 struct ColaScanOptions {
-  double max_range = 0;          ///< m, of the device; 0: the longest that the channel can state
+  double max_range = 0;          ///< m, of the device; the channel may end sooner; 0: where it ends
   double ahead = radians(90.0);  ///< rad, the device's angle that looks along x
   int echo = 1;                  ///< 1 ... 5, of LMS5xx
 };

@@ -107,6 +107,9 @@ void ColaSession::no_answer(Time now) {
     if (!options_.dialect)
       candidate_ = candidate_ == ColaDialect::a ? ColaDialect::b : ColaDialect::a;
     ask_next(now);
+  } else if (step_ == Step::identify) {
+    done(step_);
+    ask_next(now);
   } else if (tries_ < kTries) {
     send(now);
   } else {
@@ -183,6 +186,7 @@ void ColaSession::answered(const ColaTelegram& telegram, Time now) {
     }
   } catch (const Error&) {
     report_.count("CoLa: answers that cannot be read");
+    if (step_ == Step::identify) done(step_);  // nothing hangs on it
     ask_next(now, kBusyPause);
   }
 }
@@ -190,6 +194,7 @@ void ColaSession::answered(const ColaTelegram& telegram, Time now) {
 void ColaSession::understand(const ColaTelegram& telegram, Time now) {
   ColaCursor in(telegram);
   if (step_ == Step::ask_state) return state_told(telegram, now);
+  if (step_ == Step::identify) known_.identity = decode_identity(telegram);
   if (step_ == Step::log_in && in.u8("whether it lets us in") == 0)
     report_.count("CoLa: the device refused the login");
   if (step_ == Step::start && in.u8("whether it starts") != 0)
@@ -239,6 +244,9 @@ void ColaSession::refused(unsigned code, Time now) {
 
 void ColaSession::done(Step step) {
   switch (step) {
+    case Step::identify:
+      known_.identified = true;
+      break;
     case Step::log_in:
       known_.logged_in = true;
       break;

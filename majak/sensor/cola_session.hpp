@@ -4,9 +4,9 @@
 // take_output(), hands over what comes in, and wakes it at wake_at().
 //
 // After each answer it asks itself what is still missing until scans flow (what_next()): which
-// dialect the device speaks, the login, the measurement started, logged out, the device measuring,
-// the scans asked for. Scans are the truth: what a device refuses on the way is counted and does
-// not stop it, and when scans stay away everything is asked anew.
+// dialect the device speaks, who it is, the login, the measurement started, logged out, the device
+// measuring, the scans asked for. Scans are the truth: what a device refuses on the way is counted
+// and does not stop it, and when scans stay away everything is asked anew.
 #pragma once
 
 #include <cstdint>
@@ -19,6 +19,7 @@
 #include "majak/core/options.hpp"
 #include "majak/core/report.hpp"
 #include "majak/sensor/cola.hpp"
+#include "majak/sensor/cola_identity.hpp"
 #include "majak/sensor/cola_scan.hpp"
 
 namespace majak::sensor {
@@ -80,17 +81,31 @@ class ColaSession {
   /// One line with what to do, when it has failed.
   const std::string& problem() const { return problem_; }
   std::optional<ColaDialect> dialect() const { return known_.dialect; }
+  /// Nothing while it has not said who it is, and where it does not.
+  const std::optional<ColaIdentity>& identity() const { return known_.identity; }
   const Counts& counts() const { return counts_; }
   /// Refusals and oddities of the session, damages of the stream.
   Report report() const;
 
  private:
-  enum class Step { probe, log_in, configure, start, log_out, ask_state, subscribe, none };
+  enum class Step {
+    probe,
+    identify,
+    log_in,
+    configure,
+    start,
+    log_out,
+    ask_state,
+    subscribe,
+    none
+  };
   /// What is known of the device; forgotten when everything is asked anew.
   struct Known {
     std::optional<ColaDialect> dialect;
-    bool logged_in = false, configured = false, started = false, logged_out = false,
-         asked_again = false, measures = false, subscribed = false, no_stlms = false;
+    std::optional<ColaIdentity> identity;
+    bool identified = false, logged_in = false, configured = false, started = false,
+         logged_out = false, asked_again = false, measures = false, subscribed = false,
+         no_stlms = false;
     std::string device_state;  ///< in its own words
   };
 

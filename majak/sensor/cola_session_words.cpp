@@ -75,6 +75,7 @@ void ColaSession::give_up() {
 
 ColaSession::Step ColaSession::what_next() const {
   if (!known_.dialect) return Step::probe;
+  if (!known_.identified) return Step::identify;
   if (known_.subscribed) return Step::none;
   if (!known_.logged_in) return Step::log_in;
   if (options_.ask_intensities && !known_.configured) return Step::configure;
@@ -87,6 +88,8 @@ ColaSession::Step ColaSession::what_next() const {
 ColaWriter ColaSession::command(Step step) const {
   const ColaDialect dialect = known_.dialect.value_or(candidate_);
   switch (step) {
+    case Step::identify:
+      return ColaWriter(dialect, "sRN DeviceIdent");
     case Step::log_in:
       return ColaWriter(dialect, "sMN SetAccessMode").u8(3, 2).u32(options_.password);
     case Step::configure:  // echo 1, RSSI, 16 bits, no unit, no encoder, no place, name, each scan
@@ -120,6 +123,8 @@ ColaWriter ColaSession::command(Step step) const {
 
 const char* ColaSession::answer(Step step) const {
   switch (step) {
+    case Step::identify:
+      return "sRA DeviceIdent";
     case Step::log_in:
       return "sAN SetAccessMode";
     case Step::configure:

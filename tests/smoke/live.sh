@@ -53,6 +53,9 @@ refused "$majak" record laser
 emulate live.mcap --tcp 0
 ok "$majak" record "$(cat port)" -o network.mcap --duration 3
 [ "$(scans network.mcap)" -gt 20 ] || fail "only $(scans network.mcap) scans came over the network"
+"$majak" info network.mcap | grep -q "20.00 m and more is no return" || fail "an LMS1xx sees 20 m"
+ok "$majak" record "$(cat port)" -o near.mcap --duration 1 --max-range 3
+"$majak" info near.mcap | grep -q "3.00 m and more is no return" || fail "--max-range does nothing"
 kill $emulator
 wait $emulator
 exit 0

@@ -70,7 +70,8 @@ TEST(ColaSession, SaysWhatTheManualSays) {
   };
   session.start(0);
   EXPECT_EQ(session.take_output(), ColaWriter(ColaDialect::a, "sRN SCdevicestate").frame());
-  EXPECT_EQ(heard("sRA SCdevicestate 1"), "sMN SetAccessMode 03 F4724744");
+  EXPECT_EQ(heard("sRA SCdevicestate 1"), "sRN DeviceIdent");
+  EXPECT_EQ(heard("sRA DeviceIdent 6 TiM561 2 V2"), "sMN SetAccessMode 03 F4724744");
   EXPECT_EQ(heard("sAN SetAccessMode 1"), "sWN LMDscandatacfg 01 00 1 1 0 00 00 0 1 0 0 1");
   EXPECT_EQ(heard("sWA LMDscandatacfg"), "sMN LMCstartmeas");
   EXPECT_EQ(heard("sAN LMCstartmeas 0"), "sMN Run");
