@@ -2,7 +2,6 @@
 #include "app/live.hpp"
 
 #include <fmt/core.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -11,6 +10,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "app/progress.hpp"
 #include "majak/core/error.hpp"
 #include "majak/io/cola_source.hpp"
 #include "majak/io/lms_source.hpp"
@@ -116,14 +116,12 @@ void add_device_options(CLI::App& command, DeviceOptions& options) {
 }
 
 std::unique_ptr<io::Source> open_device(const std::string& port, const DeviceOptions& options,
-                                        const RunEnd& end, KeepTelegram telegram) {
+                                        const RunEnd& end, Progress& progress,
+                                        KeepTelegram telegram) {
   io::LiveHooks hooks;
   hooks.clock = live_clock;
   hooks.stopped = [&end] { return end.reached(); };
-  const bool people = ::isatty(STDERR_FILENO) != 0;
-  hooks.activity = [people](const std::string& what) {
-    if (people) fmt::print(stderr, "{}\n", what);
-  };
+  hooks.status = [&progress](const io::LiveStatus& status) { progress.show(status); };
   hooks.telegram = std::move(telegram);
   if (const auto address = io::parse_tcp(port, kColaPort)) {
     io::ColaSourceOptions source;

@@ -50,11 +50,14 @@ struct DeviceOptions {
 };
 void add_device_options(CLI::App& command, DeviceOptions& options);
 
+class Progress;
 using KeepTelegram = std::function<void(std::span<const std::uint8_t>, Time)>;
 
 /// Throws Error for words that mean nothing, and where the port cannot be opened. `telegram` as in
-/// io::LiveHooks. `end` must outlive the source.
+/// io::LiveHooks. `progress` shows what the device does and how many scans have come. It and `end`
+/// must outlive the source.
 std::unique_ptr<io::Source> open_device(const std::string& port, const DeviceOptions& options,
-                                        const RunEnd& end, KeepTelegram telegram);
+                                        const RunEnd& end, Progress& progress,
+                                        KeepTelegram telegram);
 
 }  // namespace majak::app

@@ -135,7 +135,7 @@ Site finish(slam::GraphSlam& slam, const std::string& log) {
 // A log, or a device: the same calls on another source. What a device sends can be kept, too.
 class Input {
  public:
-  explicit Input(const MapOptions& o) {
+  Input(const MapOptions& o, Progress& progress) {
     if (!is_device(o.log)) {
       if (!o.record.empty())
         throw Error(
@@ -144,7 +144,7 @@ class Input {
       return;
     }
     end_ = std::make_unique<RunEnd>(o.device.duration);
-    source_ = open_device(o.log, o.device, *end_,
+    source_ = open_device(o.log, o.device, *end_, progress,
                           [this](std::span<const std::uint8_t> telegram, Time first_byte) {
                             if (recording_) recording_->add_telegram(telegram, first_byte);
                           });
@@ -160,6 +160,7 @@ class Input {
     return event;
   }
   const Report& report() const { return source_->report(); }
+  bool live() const { return end_ != nullptr; }
 
  private:
   std::unique_ptr<RunEnd> end_;
@@ -168,20 +169,22 @@ class Input {
 };
 
 Site map_log(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
-  Input source(o);
-  slam::GraphSlam slam(o.slam, threads);
   Progress progress;
+  Input source(o, progress);
+  slam::GraphSlam slam(o.slam, threads);
   std::int64_t scans = 0;
   while (auto event = source.next()) {
     scans += std::holds_alternative<Scan>(*event);
     slam.add(std::move(*event));
-    progress.show("reading and matching", scans);
+    if (!source.live()) progress.show("reading and matching", scans);
   }
   stopwatch.lap("read_and_match");
   progress.show("closing loops and refining", scans);
   if (scans == 0)
-    throw Error(
-        fmt::format("{}: no laser scans in this log; majak info tells what is in it", o.log));
+    throw Error(fmt::format("{}: {}", o.log,
+                            source.live()
+                                ? "no scan came; docs/SENSOR.md tells what to look at"
+                                : "no laser scans in this log; majak info tells what is in it"));
   Site site = finish(slam, o.log);
   for (const auto& [what, entry] : source.report().entries()) site.report.add(what, entry);
   site.source_name = fs::path(o.log).filename().string();

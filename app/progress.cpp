@@ -17,15 +17,31 @@ Progress::Progress()
 
 Progress::~Progress() { clear(); }
 
-void Progress::show(const char* stage, std::int64_t count) {
-  if (!terminal_) return;
+bool Progress::due() {
+  if (!terminal_) return false;
   const auto now = std::chrono::steady_clock::now();
-  if (now - started_ < 1s || now - shown_ < 100ms) return;
+  if (now - started_ < 1s || now - shown_ < 100ms) return false;
   shown_ = now;
-  fmt::print(stderr, "\r\033[K{}: {} scans, {:.0f} s", stage, count,
-             std::chrono::duration<double>(now - started_).count());
+  return true;
+}
+
+void Progress::print(const std::string& what) {
+  fmt::print(stderr, "\r\033[K{}, {:.0f} s", what,
+             std::chrono::duration<double>(shown_ - started_).count());
   std::fflush(stderr);
   dirty_ = true;
+}
+
+void Progress::show(const char* stage, std::int64_t count) {
+  if (due()) print(fmt::format("{}: {} scans", stage, count));
+}
+
+void Progress::show(const io::LiveStatus& status) {
+  if (!due()) return;
+  std::string what = status.activity;
+  if (status.scans > 0) what += fmt::format(": {} scans", status.scans);
+  if (status.skipped > 0) what += fmt::format(", {} skipped", status.skipped);
+  print(what);
 }
 
 void Progress::clear() {

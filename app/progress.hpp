@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <string>
 
+#include "majak/io/live_hooks.hpp"
+
 namespace majak::app {
 
 class Progress {
@@ -17,10 +19,15 @@ class Progress {
 
   /// Shows "stage: count", at most ten times a second and not within the first second.
   void show(const char* stage, std::int64_t count);
+  /// The same of a device.
+  void show(const io::LiveStatus& status);
   /// Wipes the line.
   void clear();
 
  private:
+  bool due();
+  void print(const std::string& what);
+
   std::chrono::steady_clock::time_point started_, shown_;
   bool terminal_ = false, dirty_ = false;
 };

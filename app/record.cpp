@@ -36,21 +36,17 @@ void run(const RecordOptions& o) {
         fmt::format("{}: is no device; majak record wants a serial port or tcp://host", o.port));
   const std::string name = o.output.empty() ? default_name() : o.output;
   const RunEnd end(o.device.duration);
+  Progress progress;
   std::unique_ptr<io::RecordingWriter> recording;
   const auto keep = [&](std::span<const std::uint8_t> telegram, Time first_byte) {
     recording->add_telegram(telegram, first_byte);
   };
-  const auto source = open_device(o.port, o.device, end, keep);
+  const auto source = open_device(o.port, o.device, end, progress, keep);
   recording = std::make_unique<io::RecordingWriter>(
       name, telegrams_of(o.port));  // not before the port is there
-  {
-    Progress progress;
-    while (const auto event = source->next())
-      if (const auto* scan = std::get_if<Scan>(&*event)) {
-        recording->add_scan(*scan, live_clock());
-        progress.show("recording", recording->scans());
-      }
-  }
+  while (const auto event = source->next())
+    if (const auto* scan = std::get_if<Scan>(&*event)) recording->add_scan(*scan, live_clock());
+  progress.clear();
   recording->close();
   fmt::print("{} scans\n", recording->scans());
   for (const auto& [what, entry] : source->report().entries())

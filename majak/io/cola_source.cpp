@@ -31,7 +31,10 @@ std::optional<Event> ColaSource::next() {
         hooks_.telegram({reinterpret_cast<const std::uint8_t*>(payload.data()), payload.size()},
                         delivery->scan.time);
       }
-      if (auto event = scan_of(*delivery)) return event;
+      if (auto event = scan_of(*delivery)) {
+        ++scans_;
+        return event;
+      }
     }
     if (session_.state() == sensor::ColaSession::State::failed)
       throw Error(fmt::format("{}:{}: {}", address_.host, address_.port, session_.problem()));
@@ -81,17 +84,13 @@ void ColaSource::reopen() {
 }
 
 void ColaSource::tell() {
-  if (!hooks_.activity) return;
-  std::string now =
-      connection_ ? session_.activity() : fmt::format("waiting for {}", address_.host);
-  if (now == told_) return;
-  told_ = std::move(now);
-  hooks_.activity(told_);
+  if (!hooks_.status) return;
+  hooks_.status({connection_ ? session_.activity() : fmt::format("waiting for {}", address_.host),
+                 scans_, skipped_});
 }
 
 std::optional<Event> ColaSource::scan_of(const sensor::ColaDelivery& delivery) {
-  if (delivery.scans_missed > 0)
-    own_.add("scans that the device sent and that did not arrive", {delivery.scans_missed, 0});
+  skipped_ += delivery.scans_missed;
   sensor::ColaScanOptions options = options_.scan;
   if (const auto& who = session_.identity(); who && options.max_range == 0)
     options.max_range = sensor::cola_reach(who->name).value_or(0);
@@ -106,6 +105,7 @@ std::optional<Event> ColaSource::scan_of(const sensor::ColaDelivery& delivery) {
 const Report& ColaSource::report() const {
   all_ = own_;
   for (const auto& [what, entry] : session_.report().entries()) all_.add(what, entry);
+  if (skipped_ > 0) all_.add("scans that the device sent and that did not arrive", {skipped_, 0});
   return all_;
 }
 

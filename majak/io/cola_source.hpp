@@ -40,7 +40,7 @@ class ColaSource : public Source {
   std::optional<TcpConnection> connection_;
   sensor::ColaSession session_;
   Time next_try_ = 0;
-  std::string told_;
+  std::int64_t scans_ = 0, skipped_ = 0;
   Report own_;
   mutable Report all_;
 };

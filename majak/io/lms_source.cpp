@@ -38,7 +38,10 @@ std::optional<Event> LmsSource::next() {
     while (const auto delivery = driver_.next()) {
       if (hooks_.telegram)
         hooks_.telegram(sensor::encode(delivery->telegram), delivery->first_byte);
-      if (auto event = scan_of(*delivery)) return event;
+      if (auto event = scan_of(*delivery)) {
+        ++scans_;
+        return event;
+      }
     }
     if (port_) {
       try {
@@ -93,11 +96,9 @@ void LmsSource::reopen() {
 }
 
 void LmsSource::tell() {
-  if (!hooks_.activity) return;
-  std::string now = port_ ? driver_.activity() : fmt::format("waiting for {}", device_);
-  if (now == told_) return;
-  told_ = std::move(now);
-  hooks_.activity(told_);
+  if (!hooks_.status) return;
+  hooks_.status(
+      {port_ ? driver_.activity() : fmt::format("waiting for {}", device_), scans_, skipped_});
 }
 
 std::optional<Event> LmsSource::scan_of(const sensor::LmsDelivery& delivery) {

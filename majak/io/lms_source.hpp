@@ -49,8 +49,7 @@ class LmsSource : public Source {
   sensor::TurnMerger merger_;
   int baud_ = 0;
   Time next_try_ = 0;
-  std::string told_;
-  std::int64_t skipped_ = 0;
+  std::int64_t scans_ = 0, skipped_ = 0;
   Report own_;
   mutable Report all_;
 };

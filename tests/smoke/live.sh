@@ -4,7 +4,7 @@
 cd "$work" || exit 1
 
 emulate() {  # emulate OPTIONS...: in the background, until $emulator is killed
-  "$majak" emulate --boot 0 "$@" >port 2>&1 &
+  "$majak" emulate --boot "${boot:-0}" "$@" >port 2>&1 &
   emulator=$!
   for _ in $(seq 50); do [ -s port ] && break; sleep 0.1; done
   if grep -q "no pseudo-terminal" port; then skip "this machine has no pseudo-terminals"; fi
@@ -22,6 +22,14 @@ ok "$majak" map laser --baud 500000 --resolution 180/0.5 --duration 5 --record l
 ok "$majak" map live.mcap -o again
 [ "$(scans live.mcap)" -gt 60 ] || fail "only $(scans live.mcap) scans came"
 cmp live/trajectory.tum again/trajectory.tum || fail "the recording maps otherwise than the device did"
+
+# On a terminal it says what the device does and how many scans have come.
+if command -v script >/dev/null; then
+  for command in "record laser -o shown.mcap" "map laser -o shown"; do
+    script -qec "'$majak' $command --duration 4" shown.txt >/dev/null || fail "majak $command: $(cat shown.txt)"
+    grep -q "receiving scans at [0-9]* baud: [0-9]* scans" shown.txt || fail "no progress of majak $command"
+  done
+fi
 
 # Killed in the middle: what came until then opens.
 "$majak" record laser -o killed.mcap >/dev/null 2>&1 &
@@ -48,6 +56,13 @@ ok "$majak" convert live.log live2.mcap
 kill $emulator
 wait $emulator
 refused "$majak" record laser
+
+# Nothing answers.
+boot=100 emulate --link laser
+refused "$majak" map laser --duration 1 -o nothing
+grep -q "no scan came" err || fail "of a device that says nothing: $(cat err)"
+kill $emulator
+wait $emulator
 
 # A newer one, on the network; and the first one's recording in place of a world.
 emulate live.mcap --tcp 0
