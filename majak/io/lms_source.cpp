@@ -104,6 +104,7 @@ void LmsSource::tell() {
 std::optional<Event> LmsSource::scan_of(const sensor::LmsDelivery& delivery) {
   const sensor::LmsDevice& device = driver_.device();
   skipped_ += delivery.skipped;
+  note(delivery.scan.health());
   const auto configuration = device.configuration.value_or(sensor::LmsConfiguration::factory());
   sensor::Variant variant = device.variant;
   std::optional<sensor::LmsScan> whole = delivery.scan;
@@ -120,6 +121,13 @@ std::optional<Event> LmsSource::scan_of(const sensor::LmsDelivery& delivery) {
     own_.count(fmt::format("scans left out: {}", e.what()));
     return std::nullopt;
   }
+}
+
+void LmsSource::note(const sensor::LmsHealth& health) {
+  if (health.pollution) own_.count("scans with which the device said: the front window is dirty");
+  if (health.implausible) own_.count("scans with which the device said: values are implausible");
+  if (health.severity >= sensor::LmsHealth::Severity::error)
+    own_.count("scans with which the device said: it has a fault");
 }
 
 const Report& LmsSource::report() const {

@@ -40,6 +40,7 @@ class LmsSource : public Source {
   void reopen();
   void tell();
   std::optional<Event> scan_of(const sensor::LmsDelivery& delivery);
+  void note(const sensor::LmsHealth& health);
 
   std::string device_, format_;
   LmsSourceOptions options_;

@@ -14,11 +14,12 @@ emulate() {  # emulate OPTIONS...: in the background, until $emulator is killed
 scans() { "$majak" info "$1" | awk '/^  records/ { print $2 + 0; exit }'; }
 beams() { "$majak" info "$1" | awk '/^  beams x step/ { print $(NF - 3); exit }'; }
 
-emulate --link laser
+emulate --link laser --set fault.pollution=true
 trap 'kill $emulator 2>/dev/null; rm -rf "$work"' EXIT
 
 # Mapped live and kept: the recording gives the same bytes.
 ok "$majak" map laser --baud 500000 --resolution 180/0.5 --duration 5 --record live.mcap -o live
+grep -q "the front window is dirty" out || fail "nothing is said of a dirty window"
 ok "$majak" map live.mcap -o again
 [ "$(scans live.mcap)" -gt 60 ] || fail "only $(scans live.mcap) scans came"
 cmp live/trajectory.tum again/trajectory.tum || fail "the recording maps otherwise than the device did"
