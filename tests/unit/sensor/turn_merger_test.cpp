@@ -269,8 +269,8 @@ TEST(TurnMerger, WithTurnsLostNoScanIsWrong) {
   for (const Variant& variant : {kHalf, kQuarter})
     for (const bool indices : {false, true}) {
       const Merged m = from_device(variant, faults, indices);
-      EXPECT_GT(m.right, variant == kHalf ? 300 : 80) << variant.resolution << indices;
-      EXPECT_GT(m.incomplete, 100);
+      EXPECT_GT(m.right, variant == kHalf ? 410 : 115) << indices;  // seen 426 and 120
+      EXPECT_GT(m.incomplete, 225);                                 // seen 234
       EXPECT_EQ(m.wrong, 0);
     }
 }
