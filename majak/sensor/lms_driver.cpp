@@ -313,7 +313,7 @@ void LmsDriver::forget() {
 }
 
 void LmsDriver::restarted(Time now) {
-  report_.count("the device has restarted");
+  if (period_ > 0) report_.count("the device has restarted");  // else it only starts
   forget();
   state_ = State::asking;
   ask_next(now, kSettle);

@@ -133,7 +133,7 @@ class LmsDriver {
   std::size_t candidate_ = 0;  ///< of the bauds looked through
 
   ScanClock clock_{{.period = 1}};
-  Duration period_ = 0;
+  Duration period_ = 0;  ///< between scans of the stream; 0 before the first stream
   std::deque<LmsDelivery> deliveries_;
   Report report_;
 };

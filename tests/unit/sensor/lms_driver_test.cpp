@@ -96,6 +96,7 @@ TEST(LmsDriver, ADeviceThatBootsIsWaitedFor) {
     device.boot = boot;
     Wire wire(device);
     expect_flows(wire, boot + 20 * kSecond, "boot");
+    EXPECT_EQ(wire.driver.report().entries().count("the device has restarted"), 0U);
   }
 }
 
@@ -178,6 +179,22 @@ TEST(LmsDriver, ARestartSetsEverythingAnew) {
   expect_flows(wire, 20 * kSecond, "after the restart");
   EXPECT_EQ(wire.device.variant(), (Variant{100, 100}));
   EXPECT_EQ(wire.device.baud(), 500000);
+}
+
+TEST(LmsDriver, ARestartIsToldWhereTheBootIsHeard) {
+  LmsFaults faults;
+  faults.reset_at = 15;
+  LmsEmulatorOptions device = booted(38400);
+  device.permanent_baud = true;
+  device.boot = kSecond / 2;
+  Wire wire(device, {}, faults);
+  const auto told = [&] {
+    return wire.driver.report().entries().count("the device has restarted");
+  };
+  wire.run(15 * kSecond);
+  EXPECT_EQ(told(), 0U);
+  expect_flows(wire, 20 * kSecond, "after the restart");
+  EXPECT_EQ(told(), 1U);
 }
 
 TEST(LmsDriver, ADeviceThatHangsOrIsUnpluggedComesBack) {
