@@ -143,6 +143,9 @@ int main(int argc, char** argv) {
       Scored all;
       for (int b = 1; b + 1 < data.bursts; ++b) {
         const Scored s = score(data, {b}, options, false);
+        double sum = 0;
+        for (double e : s.errors) sum += e;
+        fmt::print("   {}:{:.2f}", b, sum / static_cast<double>(s.errors.size()));
         all.errors.insert(all.errors.end(), s.errors.begin(), s.errors.end());
         all.nis += s.nis / (data.bursts - 2);
         all.largest = std::max(all.largest, s.largest);

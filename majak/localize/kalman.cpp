@@ -225,7 +225,7 @@ Kalman::Belief Kalman::beginning() const {
   variance(3 + kTurnOffset) = offset * offset;
   variance(3 + kWander) = o.wander_sigma * o.wander_sigma;
   variance.segment<2>(3 + kAntenna).setConstant(o.antenna_sigma * o.antenna_sigma);
-  variance.segment<2>(3 + kSlow).setConstant(o.gps_sigma * o.gps_sigma);
+  variance.segment<2>(3 + kSlow).setConstant(o.gps_sigma * o.gps_sigma / slow_weight(0));
   return b;
 }
 
@@ -277,7 +277,7 @@ Kalman::Motion Kalman::motion_to(const Node& node) const {
   if (!node.new_piece) return motion;
   const double sigma = fixes_[node.fix].sigma > 0 ? fixes_[node.fix].sigma : options_.gps_sigma;
   motion.keep.tail<2>().setZero();
-  motion.extra_noise.tail<2>().setConstant(sigma * sigma);
+  motion.extra_noise.tail<2>().setConstant(sigma * sigma / slow_weight(verdicts_[node.fix].piece));
   return motion;
 }
 
@@ -355,14 +355,26 @@ double Kalman::converge() {
   return cost_;
 }
 
-// Student's t: a fix far from where the others put it counts less (iteratively reweighted).
+// Student's t: a fix far from where the others put it counts less, and so does a piece whose slow
+// error is large (iteratively reweighted least squares).
 void Kalman::weigh() {
+  std::size_t piece = kNone;
   for (const Node& node : nodes_) {
     if (node.fix == kNone || !verdicts_[node.fix].trusted) continue;
     const auto z = see(fixes_[node.fix], 1, node.smoothed.nominal);
     const double squared = z.residual.squaredNorm() / z.noise(0, 0);
     weights_[node.fix] = (kStudent + 2) / (kStudent + squared);
+    if (verdicts_[node.fix].piece == piece) continue;
+    piece = verdicts_[node.fix].piece;
+    const double sigma = fixes_[node.fix].sigma > 0 ? fixes_[node.fix].sigma : options_.gps_sigma;
+    const double slow = node.smoothed.nominal.extra.segment<2>(kSlow).squaredNorm();
+    slow_weights_.resize(std::max(slow_weights_.size(), piece + 1), 1);
+    slow_weights_[piece] = (kStudent + 2) / (kStudent + slow / (sigma * sigma));
   }
+}
+
+double Kalman::slow_weight(std::size_t piece) const {
+  return piece < slow_weights_.size() ? slow_weights_[piece] : 1;
 }
 
 // After an outage the path hangs on the first fix from a lever of its whole length. All that was is

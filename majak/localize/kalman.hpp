@@ -35,12 +35,12 @@ struct KalmanOptions {
   double turn_scale_sigma = 0.05;   ///< of turns; of the steering angle
   double turn_offset_sigma = 0.02;  ///< rad per m straight ahead, of two wheels
   double steering_sigma = 0.01;     ///< rad, straight ahead of a car's steering
-  double wander_sigma = 0.002;      ///< rad per m, of that which changes with time
+  double wander_sigma = 0.001;      ///< rad per m, of that which changes with time
   double wander_memory = 20;        ///< s
   double wheelbase = 2.83;          ///< m, Ackermann
 
   // Satellites: a slow error that is drawn anew with each piece, and a fast one.
-  double gps_sigma = 0.5;        ///< m, where the receiver does not say
+  double gps_sigma = 0.35;       ///< m, where the receiver does not say
   double gps_fast_share = 0.15;  ///< of it, from fix to fix
   double gps_memory = 60;        ///< s, of the slow part
   double antenna_sigma = 2;      ///< m, its place on the robot, ahead and to the side
@@ -99,6 +99,7 @@ class Kalman {
   void extend(std::size_t from, double bend);
   double converge();
   void weigh();
+  double slow_weight(std::size_t piece) const;
   void settle();
   Estimate estimate(const Node& node, const Belief& belief) const;
   std::vector<LearntValue> learnt(const Belief& belief) const;
@@ -108,9 +109,10 @@ class Kalman {
   std::vector<Node> nodes_;
   std::vector<GpsFix> fixes_;
   std::vector<FixVerdict> verdicts_;
-  std::vector<double> weights_;  ///< of the fixes, Student's
-  std::size_t piece_ = kNone;    ///< of the newest fix that was believed
-  Motion pending_;               ///< since the newest node
+  std::vector<double> weights_;       ///< of the fixes, Student's
+  std::vector<double> slow_weights_;  ///< of the pieces
+  std::size_t piece_ = kNone;         ///< of the newest fix that was believed
+  Motion pending_;                    ///< since the newest node
   std::optional<WheelMotion> wheels_;
   std::optional<Odometry> odometry_;
   struct Waiting {
