@@ -51,15 +51,15 @@ Kalman::Kalman(const KalmanOptions& options) : options_(options), pieces_(option
 
 // ---- Relative information: the wheels --------------------------------------------------------
 
-// One step of the wheels. twist_by_wheels: its derivatives by scale, turn scale and turn offset.
-void Kalman::roll(const Vec3& twist, const Mat3& twist_by_wheels, double seconds) {
+// One step of the wheels. twist_by_wheels: its derivatives by scale, turn scale, turn offset and
+// the steering's curve.
+void Kalman::roll(const Vec3& twist, const WheelDerivative& twist_by_wheels, double seconds) {
   const KalmanOptions& o = options_;
   const double way = twist.head<2>().norm(), turn = std::abs(twist.z());
   Motion step;
   step.at = pending_.at;
   step.T_from_to = exp(twist);
-  step.by_extra.leftCols<3>() = short_jacobian(twist) * twist_by_wheels;
-  step.by_extra.col(kWander) = step.by_extra.col(kTurnOffset);
+  step.by_extra.leftCols<4>() = short_jacobian(twist) * twist_by_wheels;
   step.noise.diagonal() << o.way_noise * o.way_noise * way, o.side_noise * o.side_noise * way,
       o.turn_noise * o.turn_noise * way + o.spin_noise * o.spin_noise * turn;
   pending_.then(step);
@@ -76,9 +76,6 @@ void Kalman::drift(double seconds) {
   const double slow = options_.gps_sigma;
   idle.keep.tail<2>().setConstant(keep);
   idle.extra_noise.tail<2>().setConstant(slow * slow * (1 - keep * keep));
-  idle.keep(kWander) = std::exp(-seconds / options_.wander_memory);
-  idle.extra_noise(kWander) =
-      options_.wander_sigma * options_.wander_sigma * (1 - idle.keep(kWander) * idle.keep(kWander));
   if (!wheels_ && !odometry_)
     idle.noise.diagonal().setConstant(options_.idle_noise * options_.idle_noise * seconds);
   pending_.then(idle);
@@ -91,11 +88,12 @@ void Kalman::drive(const WheelMotion& next) {
     const double d = wheels_->speed * seconds, t = std::tan(wheels_->steering);
     const double turn = d * t / options_.wheelbase;
     const double turn_by_steering = d * (1 + t * t) / options_.wheelbase;
-    Mat3 by_wheels = Mat3::Zero();
+    WheelDerivative by_wheels = WheelDerivative::Zero();
     by_wheels(0, kScale) = d;
     by_wheels(2, kScale) = turn;
     by_wheels(2, kTurnScale) = turn_by_steering * wheels_->steering;
     by_wheels(2, kTurnOffset) = d;
+    by_wheels(2, kCurve) = d * std::pow(wheels_->steering, 3) / options_.wheelbase;
     roll({d, 0, turn}, by_wheels, seconds);
   }
   clock_ = begun_ ? std::max(clock_, next.time) : next.time;
@@ -112,7 +110,7 @@ std::optional<Estimate> Kalman::drive(Time time, const Pose2& T_odom_robot) {
     const auto go = [&](Time until) {
       const double part = to_seconds(until - clock_) / whole;
       const Vec3 u = part * all;
-      Mat3 by_wheels = Mat3::Zero();
+      WheelDerivative by_wheels = WheelDerivative::Zero();
       by_wheels.block<2, 1>(0, kScale) = u.head<2>();
       by_wheels(2, kTurnScale) = u.z();
       by_wheels(2, kTurnOffset) = u.x();
@@ -223,7 +221,7 @@ Kalman::Belief Kalman::beginning() const {
   variance(3 + kTurnScale) = o.turn_scale_sigma * o.turn_scale_sigma;
   const double offset = wheels_ ? o.steering_sigma / o.wheelbase : o.turn_offset_sigma;
   variance(3 + kTurnOffset) = offset * offset;
-  variance(3 + kWander) = o.wander_sigma * o.wander_sigma;
+  variance(3 + kCurve) = o.steering_curve_sigma * o.steering_curve_sigma;
   variance.segment<2>(3 + kAntenna).setConstant(o.antenna_sigma * o.antenna_sigma);
   variance.segment<2>(3 + kSlow).setConstant(o.gps_sigma * o.gps_sigma / slow_weight(0));
   return b;
@@ -434,6 +432,7 @@ std::vector<LearntValue> Kalman::learnt(const Belief& belief) const {
     values.push_back(value("scale of the way", "1", kScale));
     values.push_back(value(wheels_ ? "scale of the steering" : "scale of turns", "1", kTurnScale));
     values.push_back(value("turn per way", "rad/m", kTurnOffset));
+    if (wheels_) values.push_back(value("cube of the steering", "1/rad^2", kCurve));
   }
   if (!fixes_.empty()) {
     values.push_back(value("antenna ahead", "m", kAntenna));
@@ -467,8 +466,8 @@ void describe(OptionFields& f, KalmanOptions& o) {
         {"rad/m", "how much straight ahead may turn, of two wheels", 0, 1});
   f.add("kalman.steering_sigma", o.steering_sigma,
         {"rad", "how far straight ahead of a car's steering may be off", 0, 1});
-  f.add("kalman.wander_sigma", o.wander_sigma, {"rad/m", "how much that changes with time", 0, 1});
-  f.add("kalman.wander_memory", o.wander_memory, {"s", "for how long it stays so", 0.1, 1e6});
+  f.add("kalman.steering_curve_sigma", o.steering_curve_sigma,
+        {"1/rad^2", "of the cube of the angle in what a car steers", 0, 10});
   f.add("kalman.wheelbase", o.wheelbase, {"m", "of a car", 0.01, 100});
   f.add("kalman.gps_sigma", o.gps_sigma, {"m", "of fixes that do not state theirs", 0.001, 1000});
   f.add("kalman.gps_fast_share", o.gps_fast_share,

@@ -25,24 +25,23 @@ namespace majak::localize {
 
 struct KalmanOptions {
   // Random errors of the wheels.
-  double way_noise = 0.02;   ///< m per sqrt(m), along
-  double side_noise = 0.02;  ///< m per sqrt(m), across
-  double turn_noise = 0.01;  ///< rad per sqrt(m)
-  double spin_noise = 0.03;  ///< rad per sqrt(rad)
-  double idle_noise = 1;     ///< m per sqrt(s), where nothing tells of the motion
+  double way_noise = 0.02;    ///< m per sqrt(m), along
+  double side_noise = 0.02;   ///< m per sqrt(m), across
+  double turn_noise = 0.007;  ///< rad per sqrt(m)
+  double spin_noise = 0.05;   ///< rad per sqrt(rad)
+  double idle_noise = 1;      ///< m per sqrt(s), where nothing tells of the motion
   // Systematic ones, one sigma; learnt on the way.
-  double scale_sigma = 0.03;        ///< of the way
-  double turn_scale_sigma = 0.05;   ///< of turns; of the steering angle
-  double turn_offset_sigma = 0.02;  ///< rad per m straight ahead, of two wheels
-  double steering_sigma = 0.01;     ///< rad, straight ahead of a car's steering
-  double wander_sigma = 0.001;      ///< rad per m, of that which changes with time
-  double wander_memory = 20;        ///< s
-  double wheelbase = 2.83;          ///< m, Ackermann
+  double scale_sigma = 0.03;          ///< of the way
+  double turn_scale_sigma = 0.05;     ///< of turns; of the steering angle
+  double turn_offset_sigma = 0.02;    ///< rad per m straight ahead, of two wheels
+  double steering_sigma = 0.01;       ///< rad, straight ahead of a car's steering
+  double steering_curve_sigma = 0.3;  ///< 1/rad^2, of the angle's cube in what a car steers
+  double wheelbase = 2.83;            ///< m, Ackermann
 
   // Satellites: a slow error that is drawn anew with each piece, and a fast one.
   double gps_sigma = 0.35;       ///< m, where the receiver does not say
   double gps_fast_share = 0.15;  ///< of it, from fix to fix
-  double gps_memory = 60;        ///< s, of the slow part
+  double gps_memory = 200;       ///< s, of the slow part
   double antenna_sigma = 2;      ///< m, its place on the robot, ahead and to the side
   GpsPiecesOptions pieces;
 
@@ -62,15 +61,16 @@ class Kalman {
   Localization finish();
 
  private:
-  /// Beside the pose: four numbers of the wheels (scale, turn scale, turn per way and
-  /// how much that has wandered), the antenna on
+  /// Beside the pose: four numbers of the wheels (scale, turn scale, turn per way, bend
+  /// of the steering's scale), the antenna on
   /// the robot (ahead, left), the satellites' slow error (east, north).
   static constexpr int kExtra = 8;
-  static constexpr int kScale = 0, kTurnScale = 1, kTurnOffset = 2, kWander = 3, kAntenna = 4,
+  static constexpr int kScale = 0, kTurnScale = 1, kTurnOffset = 2, kCurve = 3, kAntenna = 4,
                        kSlow = 6;
   using State = filter::PoseState<kExtra>;
   using Belief = filter::PoseBelief<kExtra>;
   using Motion = filter::RelativeInput<kExtra>;
+  using WheelDerivative = Eigen::Matrix<double, 3, 4>;
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
   /// A time at which something is measured or asked for.
@@ -88,7 +88,7 @@ class Kalman {
   void drive(const WheelMotion& wheels);
   std::optional<Estimate> drive(Time time, const Pose2& T_odom_robot);
   void drift(double seconds);
-  void roll(const Vec3& twist, const Mat3& twist_by_wheels, double seconds);
+  void roll(const Vec3& twist, const WheelDerivative& twist_by_wheels, double seconds);
   Motion motion_to(const Node& node) const;
   Belief beginning() const;
   bool find_heading(std::size_t until, double least_way);
