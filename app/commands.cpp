@@ -10,6 +10,7 @@
 #include "app/emulate.hpp"
 #include "app/evaluate.hpp"
 #include "app/info.hpp"
+#include "app/localize.hpp"
 #include "app/map.hpp"
 #include "app/record.hpp"
 #include "app/simulate.hpp"
@@ -34,6 +35,7 @@ class FirstLines : public CLI::Formatter {
 
 void add_commands(CLI::App& app) {
   add_map(app);
+  add_localize(app);
   add_info(app);
   add_record(app);
   add_convert(app);

@@ -68,6 +68,19 @@ inline Vec3 log(const Pose2& p) {
   return {(a * p.x + b * p.y) / n, (a * p.y - b * p.x) / n, p.theta};
 }
 
+/// Right Jacobian: exp(v + d) = exp(v) * exp(right_jacobian(v) * d) to first order (MATH 1.9).
+inline Mat3 right_jacobian(const Vec3& twist) {
+  const double t = twist.z(), t2 = t * t, half = std::sin(t / 2);
+  const auto [a, b] = arc_factors(t);
+  const double c = t2 < 1e-8 ? 0.5 - t2 / 24 : 2 * half * half / t2;  // (1 - cos t) / t^2
+  const double d =  // (t - sin t) / t^2, which loses digits long before t is 0
+      t2 < 0.09 ? t / 6 * (1 - t2 / 20 * (1 - t2 / 42 * (1 - t2 / 72 * (1 - t2 / 110))))
+                : (t - std::sin(t)) / t2;
+  Mat3 m;
+  m << a, b, d * twist.x() - c * twist.y(), -b, a, c * twist.x() + d * twist.y(), 0, 0, 1;
+  return m;
+}
+
 /// Adjoint: T * exp(v) * T^-1 == exp(adjoint(T) * v).
 inline Mat3 adjoint(const Pose2& p) {
   const double c = std::cos(p.theta), s = std::sin(p.theta);

@@ -3,8 +3,10 @@
 // map; z, qx and qy are 0. The time has the log's own digits (6 decimals of a second).
 #pragma once
 
+#include <span>
 #include <string>
 
+#include "majak/core/estimate.hpp"
 #include "majak/core/site.hpp"
 
 namespace majak::io {
@@ -14,5 +16,12 @@ std::string format_stamp(Time time);
 
 /// The whole file, in the order of the scans.
 std::string tum_text(const Site& site);
+
+/// The same of any estimates, one line each.
+std::string tum_text(std::span<const Estimate> estimates);
+
+/// A line for each estimate: time, then the covariance of (x, y, theta) in the map's axes as
+/// xx, xy, xt, yy, yt, tt (m^2, m rad, rad^2); the first line names the columns.
+std::string covariance_csv(std::span<const Estimate> estimates);
 
 }  // namespace majak::io

@@ -7,12 +7,16 @@
 #include <string_view>
 
 #include "majak/core/options.hpp"
+#include "majak/localize/dead_reckoning.hpp"
 #include "majak/localize/localizer.hpp"
 
 namespace majak::methods {
 
 /// The options of all methods together: one struct, so that one options.toml serves them all.
-struct LocalizeOptions {};
+struct LocalizeOptions {
+  Pose2 start;  ///< T_map_robot at the first record, for methods that are told
+  localize::DeadReckoningOptions dead_reckoning;
+};
 void describe(OptionFields& fields, LocalizeOptions& options);
 
 struct Method {

@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/localize.hpp"
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/log_options.hpp"
+#include "app/progress.hpp"
+#include "majak/core/error.hpp"
+#include "majak/eval/ate_rpe.hpp"
+#include "majak/eval/consistency.hpp"
+#include "majak/io/atomic_file.hpp"
+#include "majak/io/number.hpp"
+#include "majak/io/options_file.hpp"
+#include "majak/io/source.hpp"
+#include "majak/io/summary.hpp"
+#include "majak/io/tum.hpp"
+#include "majak/methods/methods.hpp"
+
+namespace majak::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kHelp =
+    "Where the robot was, by any one method of localization.\n"
+    "\n"
+    "Examples:\n"
+    "  majak localize my.log                        dead reckoning, writes the folder my-localize\n"
+    "  majak localize my.log --method kalman        by another method\n"
+    "  majak localize my.log --start \"2.5,1,90\"     from x, y (m) and heading (degrees)\n"
+    "  majak localize my.log --options drive.toml   with options of a run or of a calibration\n"
+    "\n"
+    "The folder holds trajectory.tum, covariance.csv, summary.json and options.toml.\n"
+    "\n"
+    "Methods:\n";
+
+struct LocalizeCommand {
+  std::string log, output, method = "dead-reckoning", start, options_file;
+  std::vector<std::string> set;
+  bool json = false;
+  io::SourceOptions source;
+  methods::LocalizeOptions options;
+};
+
+/// A finished run and what the log knows besides.
+struct Run {
+  localize::Localization result;
+  std::vector<Truth> truth;
+  std::vector<GpsFix> fixes;
+};
+
+/// What is said of a run.
+struct Findings {
+  double path_m = 0, end_sigma_m = 0, end_heading_sigma_rad = 0;
+  Estimate end;
+  struct Sensor {
+    std::int64_t used = 0, rejected = 0;
+    double nis = 0, dof = 0;  // sums over the used ones
+  };
+  std::map<std::string, Sensor> sensors;
+  std::optional<eval::AbsoluteError> error;  // against the truth, from a common start
+};
+
+std::string help() {
+  std::string text = kHelp;
+  for (const methods::Method& m : methods::methods())
+    text += fmt::format("  {:<16} {}; needs {}; yields {}\n", m.name, m.in_the_thesis, m.needs,
+                        m.yields);
+  return text;
+}
+
+std::string default_folder(const fs::path& log) {
+  fs::path name = log.has_filename() ? log.filename() : log.parent_path().filename();
+  while (name.has_extension()) name = name.stem();
+  return name.string() + "-localize";
+}
+
+/// "x,y,degrees".
+Pose2 start_pose(const std::string& text) {
+  double v[3] = {};
+  const char *p = text.c_str(), *const end = p + text.size();
+  for (int i = 0; i < 3 && p != nullptr; ++i) {
+    p = io::parse_decimal(p, end, v[i]);
+    if (p != nullptr && i < 2) p = *p == ',' ? p + 1 : nullptr;
+  }
+  const Pose2 pose{v[0], v[1], radians(v[2])};
+  if (p != end || !pose.finite())
+    throw Error(fmt::format(
+        "--start {}: write x, y in m and the heading in degrees, as in 2.5,1,90", text));
+  return {pose.x, pose.y, wrap_angle(pose.theta)};
+}
+
+void read_options(LocalizeCommand& o) {
+  OptionFields fields;
+  methods::describe(fields, o.options);
+  if (!o.options_file.empty()) io::apply_options_file(fields, o.options_file);
+  for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
+  if (!o.start.empty()) o.options.start = start_pose(o.start);
+}
+
+std::string effective_options(LocalizeCommand& o) {
+  OptionFields fields;
+  methods::describe(fields, o.options);
+  return io::options_toml(fields);
+}
+
+Run run_method(const LocalizeCommand& o) {
+  const methods::Method& method = methods::method(o.method);
+  const auto source = io::open_log(o.log, o.source);
+  const localize::Localizer localizer = method.make(o.options);
+  Run run;
+  Progress progress;
+  std::int64_t events = 0;
+  while (const auto event = source->next()) {
+    if (const auto* truth = std::get_if<Truth>(&*event)) run.truth.push_back(*truth);
+    if (const auto* fix = std::get_if<GpsFix>(&*event)) run.fixes.push_back(*fix);
+    localizer.add(*event);
+    progress.show("localizing", ++events);
+  }
+  run.result = localizer.finish();
+  for (const auto& [what, entry] : source->report().entries()) run.result.report.add(what, entry);
+  if (run.result.estimates.empty())
+    throw Error(fmt::format("{}: {} needs {}; majak info tells what is in the log", o.log, o.method,
+                            method.needs));
+  return run;
+}
+
+eval::Trajectory trajectory_of(const std::vector<Estimate>& estimates) {
+  eval::Trajectory trajectory;
+  for (const Estimate& e : estimates) trajectory.push_back({e.time, e.T_map_robot});
+  return trajectory;
+}
+
+Findings findings_of(const Run& run) {
+  Findings f;
+  const auto& estimates = run.result.estimates;
+  for (std::size_t i = 1; i < estimates.size(); ++i)
+    f.path_m +=
+        (estimates[i].T_map_robot.translation() - estimates[i - 1].T_map_robot.translation())
+            .norm();
+  f.end = estimates.back();
+  f.end_sigma_m = io::position_sigma(f.end.covariance);
+  f.end_heading_sigma_rad = std::sqrt(std::max(0.0, f.end.covariance(2, 2)));
+  for (const localize::Innovation& i : run.result.innovations) {
+    Findings::Sensor& sensor = f.sensors[i.sensor];
+    ++(i.used ? sensor.used : sensor.rejected);
+    if (!i.used) continue;
+    sensor.nis += i.nis;
+    sensor.dof += i.dof;
+  }
+  const auto associated = eval::associate(trajectory_of(estimates), eval::truth_of(run.truth));
+  if (!associated.pairs.empty())
+    f.error = eval::absolute_error(associated.pairs, eval::Alignment::first_pose);
+  return f;
+}
+
+Json summary_of(const LocalizeCommand& o, const Run& run, const Findings& f) {
+  const Pose2& end = f.end.T_map_robot;
+  Json json = {{"log", fs::path(o.log).filename().string()},
+               {"method", o.method},
+               {"estimates", run.result.estimates.size()},
+               {"path_m", f.path_m},
+               {"end", {{"x_m", end.x}, {"y_m", end.y}, {"theta_rad", end.theta}}},
+               {"end_sigma_m", f.end_sigma_m},
+               {"end_heading_sigma_rad", f.end_heading_sigma_rad},
+               {"innovations", Json::object()},
+               {"skipped", Json::object()}};
+  for (const auto& [name, s] : f.sensors)
+    json["innovations"][name] = {
+        {"used", s.used},
+        {"rejected", s.rejected},
+        {"nis_mean", s.used > 0 ? s.nis / static_cast<double>(s.used) : 0},
+        {"nis_expected", s.used > 0 ? s.dof / static_cast<double>(s.used) : 0}};
+  for (const auto& [what, entry] : run.result.report.entries()) json["skipped"][what] = entry.count;
+  if (f.error)
+    json["error"] = {{"against", "the log's own truth, from a common start"},
+                     {"count", f.error->translation.count},
+                     {"translation_mean_m", f.error->translation.mean},
+                     {"translation_rms_m", f.error->translation.rms},
+                     {"translation_max_m", f.error->translation.max},
+                     {"rotation_mean_deg", degrees(f.error->rotation.mean)}};
+  return json;
+}
+
+void write_results(LocalizeCommand& o, const Run& run, const Json& summary) {
+  const fs::path folder = o.output;
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error)
+    throw Error(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
+  const auto& estimates = run.result.estimates;
+  io::write_file_atomically(folder / "trajectory.tum", io::tum_text(estimates));
+  io::write_file_atomically(folder / "covariance.csv", io::covariance_csv(estimates));
+  io::write_file_atomically(folder / "options.toml", effective_options(o));
+  io::write_file_atomically(folder / "summary.json", summary.dump(2) + "\n");
+}
+
+void print_result(const LocalizeCommand& o, const Run& run, const Findings& f) {
+  const Pose2& end = f.end.T_map_robot;
+  fmt::print("{}: {} estimates along {:.1f} m\n", o.method, run.result.estimates.size(), f.path_m);
+  fmt::print(
+      "  ends at x {:.3f} m, y {:.3f} m, {:.2f} degrees; sigma {:.3f} m (the larger axis), "
+      "{:.2f} degrees\n",
+      end.x, end.y, degrees(end.theta), f.end_sigma_m, degrees(f.end_heading_sigma_rad));
+  for (const auto& [name, s] : f.sensors) {
+    fmt::print("  {}: {} used, {} beyond the gate", name, s.used, s.rejected);
+    if (s.used > 0)
+      fmt::print(", NIS {:.2f} ({:.2f} expected)", s.nis / static_cast<double>(s.used),
+                 s.dof / static_cast<double>(s.used));
+    fmt::print("\n");
+  }
+  if (f.error)
+    fmt::print(
+        "  against the truth in the log, from a common start: mean {:.3f} m and {:.2f} "
+        "degrees, at most {:.3f} m\n",
+        f.error->translation.mean, degrees(f.error->rotation.mean), f.error->translation.max);
+  for (const auto& [what, entry] : run.result.report.entries())
+    fmt::print("  {} x {}{}\n", entry.count, what,
+               entry.first_line > 0 ? fmt::format(" (first: line {})", entry.first_line) : "");
+  fmt::print("results: {}\n", o.output);
+}
+
+void run_localize(LocalizeCommand& o) {
+  read_options(o);
+  if (o.output.empty()) o.output = default_folder(o.log);
+  const Run run = run_method(o);
+  const Findings findings = findings_of(run);
+  const Json summary = summary_of(o, run, findings);
+  write_results(o, run, summary);
+  if (o.json)
+    fmt::print("{}\n", summary.dump(2));
+  else
+    print_result(o, run, findings);
+}
+
+}  // namespace
+
+void add_localize(CLI::App& app) {
+  auto o = std::make_shared<LocalizeCommand>();
+  CLI::App* command = app.add_subcommand("localize", help());
+  command->add_option("LOG", o->log, "a log or recording of any kind")->required();
+  add_log_options(*command, o->source);
+  command->add_option("--method", o->method, "one of those above")->capture_default_str();
+  command->add_option("-o,--output", o->output,
+                      "folder for the results (default: the log's name + -localize)");
+  command->add_option("--start", o->start, "first pose: x,y in m and degrees (default: 0,0,0)");
+  command->add_option("--options", o->options_file, "options.toml of a run");
+  command->add_option("--set", o->set, "one option: name=value");
+  command->add_flag("--json", o->json, "print summary.json");
+  command->callback([o] { run_localize(*o); });
+}
+
+}  // namespace majak::app
