@@ -9,6 +9,7 @@
 #include "app/convert.hpp"
 #include "app/emulate.hpp"
 #include "app/evaluate.hpp"
+#include "app/figure.hpp"
 #include "app/info.hpp"
 #include "app/localize.hpp"
 #include "app/map.hpp"
@@ -42,6 +43,7 @@ void add_commands(CLI::App& app) {
   add_emulate(app);
   add_simulate(app);
   add_evaluate(app);
+  add_figure(app);
   app.formatter(std::make_shared<FirstLines>());
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -14,9 +15,10 @@
 
 #include "app/log_options.hpp"
 #include "app/progress.hpp"
+#include "app/write_figure.hpp"
 #include "majak/core/error.hpp"
+#include "majak/draw/trajectory_figure.hpp"
 #include "majak/eval/ate_rpe.hpp"
-#include "majak/eval/consistency.hpp"
 #include "majak/io/atomic_file.hpp"
 #include "majak/io/number.hpp"
 #include "majak/io/options_file.hpp"
@@ -40,7 +42,8 @@ constexpr const char* kHelp =
     "  majak localize my.log --start \"2.5,1,90\"     from x, y (m) and heading (degrees)\n"
     "  majak localize my.log --options drive.toml   with options of a run or of a calibration\n"
     "\n"
-    "The folder holds trajectory.tum, covariance.csv, summary.json and options.toml.\n"
+    "The folder holds trajectory.png and .svg, trajectory.tum, covariance.csv, summary.json and\n"
+    "options.toml.\n"
     "\n"
     "Methods:\n";
 
@@ -192,17 +195,37 @@ Json summary_of(const LocalizeCommand& o, const Run& run, const Findings& f) {
   return json;
 }
 
+/// The truth is laid onto the first estimate that has its like in it; fixes are drawn where the
+/// method uses them, since only then are they in its frame.
+draw::Figure picture_of(const LocalizeCommand& o, const Run& run) {
+  draw::PathPicture picture;
+  picture.title = fs::path(o.log).filename().string() + ", " + o.method;
+  picture.path_name = o.method;
+  picture.estimates = run.result.estimates;
+  const auto associated =
+      eval::associate(trajectory_of(run.result.estimates), eval::truth_of(run.truth));
+  if (!associated.pairs.empty()) {
+    const eval::PosePair& first = associated.pairs.front();
+    const Pose2 T_map_world = first.T_map_robot * first.T_reference_robot.inverse();
+    for (const Truth& t : run.truth) picture.truth.push_back(T_map_world * t.T_world_robot);
+  }
+  const auto uses_gps = [](const localize::Innovation& i) {
+    return std::string_view(i.sensor) == "gps";
+  };
+  if (std::any_of(run.result.innovations.begin(), run.result.innovations.end(), uses_gps))
+    picture.fixes = run.fixes;
+  return draw::path_picture(picture);
+}
+
 void write_results(LocalizeCommand& o, const Run& run, const Json& summary) {
   const fs::path folder = o.output;
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error)
-    throw Error(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
+  make_folder(folder);
   const auto& estimates = run.result.estimates;
   io::write_file_atomically(folder / "trajectory.tum", io::tum_text(estimates));
   io::write_file_atomically(folder / "covariance.csv", io::covariance_csv(estimates));
   io::write_file_atomically(folder / "options.toml", effective_options(o));
   io::write_file_atomically(folder / "summary.json", summary.dump(2) + "\n");
+  write_figure(folder, "trajectory", picture_of(o, run));
 }
 
 void print_result(const LocalizeCommand& o, const Run& run, const Findings& f) {

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/draw/raster.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace majak::draw {
+namespace {
+
+constexpr int kRows = 5;  // in which a pixel is cut to find how much of it an area covers
+
+}  // namespace
+
+Raster::Raster(int width, int height)
+    : image_(width, height, 3, 255),
+      covered_(image_.pixels.size() / 3, 0.0F),
+      clip_{0, 0, double(width), double(height)} {}
+
+Raster::Region Raster::region(std::span<const Point> points, double margin) const {
+  double x0 = 1e9, y0 = 1e9, x1 = -1e9, y1 = -1e9;
+  for (const Point& p : points) {
+    x0 = std::min(x0, p.x), x1 = std::max(x1, p.x);
+    y0 = std::min(y0, p.y), y1 = std::max(y1, p.y);
+  }
+  const double right = std::min(clip_.left + clip_.width, double(image_.width));
+  const double bottom = std::min(clip_.top + clip_.height, double(image_.height));
+  const auto low = [&](double v, double least) {
+    return int(std::floor(std::max({v - margin, least, 0.0})));
+  };
+  const auto high = [&](double v, double most) {
+    return int(std::ceil(std::min(v + margin, most)));
+  };
+  return {low(x0, clip_.left), low(y0, clip_.top), high(x1, right), high(y1, bottom)};
+}
+
+void Raster::cover_segment(const Point& a, const Point& b, double half) {
+  const Point ends[] = {a, b};
+  const Region r = region(ends, half + 1);
+  const double dx = b.x - a.x, dy = b.y - a.y, length2 = dx * dx + dy * dy;
+  for (int y = r.y0; y < r.y1; ++y) {
+    for (int x = r.x0; x < r.x1; ++x) {
+      const double px = x + 0.5 - a.x, py = y + 0.5 - a.y;
+      const double t = length2 > 0 ? std::clamp((px * dx + py * dy) / length2, 0.0, 1.0) : 0.0;
+      const double beyond = std::hypot(px - t * dx, py - t * dy) - half;
+      float& c = covered(x, y);
+      c = std::max(c, float(std::clamp(0.5 - beyond, 0.0, 1.0)));
+    }
+  }
+}
+
+void Raster::line(std::span<const Point> points, double width, const Colour& colour) {
+  if (points.empty()) return;
+  // What is thinner than a pixel covers as much of it as it is wide.
+  const double thin = std::min(width, 1.0), half = std::max(width, 1.0) / 2;
+  if (points.size() == 1) cover_segment(points[0], points[0], half);
+  for (std::size_t i = 1; i < points.size(); ++i) cover_segment(points[i - 1], points[i], half);
+  paint(region(points, half + 1), colour.faint(thin));
+}
+
+void Raster::cover_span(double x0, double x1, int y, float share, const Region& r) {
+  x0 = std::max(x0, double(r.x0)), x1 = std::min(x1, double(r.x1));
+  for (int x = int(std::floor(x0)); x < x1; ++x) {
+    const double part = std::min(x1, x + 1.0) - std::max(x0, double(x));
+    if (part > 0) covered(x, y) += share * float(part);
+  }
+}
+
+void Raster::area(std::span<const Point> points, const Colour& colour) {
+  if (points.size() < 3) return;
+  const Region r = region(points, 1);
+  std::vector<double> crossings;
+  for (int row = r.y0 * kRows; row < r.y1 * kRows; ++row) {
+    const double y = (row + 0.5) / kRows;
+    crossings.clear();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Point &a = points[i], &b = points[(i + 1) % points.size()];
+      if ((a.y <= y) == (b.y <= y)) continue;
+      crossings.push_back(a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x));
+    }
+    std::sort(crossings.begin(), crossings.end());
+    for (std::size_t i = 0; i + 1 < crossings.size(); i += 2)
+      cover_span(crossings[i], crossings[i + 1], row / kRows, 1.0F / kRows, r);
+  }
+  paint(r, colour);
+}
+
+void Raster::paint(const Region& r, const Colour& colour) {
+  const double ink[3] = {double(colour.r), double(colour.g), double(colour.b)};
+  for (int y = r.y0; y < r.y1; ++y) {
+    std::uint8_t* pixel = image_.row(y) + 3 * r.x0;
+    for (int x = r.x0; x < r.x1; ++x, pixel += 3) {
+      float& c = covered(x, y);
+      const double share = colour.alpha * std::min(1.0, double(c));
+      for (int k = 0; k < 3; ++k)
+        pixel[k] = std::uint8_t(std::lround(pixel[k] + share * (ink[k] - pixel[k])));
+      c = 0;
+    }
+  }
+}
+
+}  // namespace majak::draw

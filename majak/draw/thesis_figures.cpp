@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/draw/thesis_figures.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "majak/core/error.hpp"
+
+namespace majak::draw {
+namespace {
+
+const ThesisFigure kFigures[] = {
+    {2, "Ackermann: all wheels turn about one point on the line of the fixed axle", false,
+     figure_ackermann},
+};
+
+}  // namespace
+
+std::span<const ThesisFigure> thesis_figures() { return kFigures; }
+
+const ThesisFigure& thesis_figure(int number) {
+  const auto found = std::find_if(std::begin(kFigures), std::end(kFigures),
+                                  [&](const ThesisFigure& f) { return f.number == number; });
+  if (found != std::end(kFigures)) return *found;
+  std::string numbers;
+  for (const ThesisFigure& f : kFigures)
+    numbers += (numbers.empty() ? "" : ", ") + std::to_string(f.number);
+  throw Error("no figure " + std::to_string(number) + "; there are: " + numbers);
+}
+
+}  // namespace majak::draw

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// The thesis's figures, drawn from our own models: one file a figure, one row in the table.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "majak/core/event.hpp"
+#include "majak/draw/figure.hpp"
+
+namespace majak::draw {
+
+struct ThesisFigure {
+  int number;
+  const char* shows;
+  bool takes_log;  ///< can also be drawn from the events of a log
+  /// `events`: of a log, in its order; empty: the built-in example.
+  Figure (*make)(const std::vector<Event>& events);
+};
+
+/// By number.
+std::span<const ThesisFigure> thesis_figures();
+
+/// Throws Error that lists the numbers there are.
+const ThesisFigure& thesis_figure(int number);
+
+Figure figure_ackermann(const std::vector<Event>& events);        // 2
+Figure figure_differential(const std::vector<Event>& events);     // 3
+Figure figure_omnidirectional(const std::vector<Event>& events);  // 4
+Figure figure_dead_reckoning(const std::vector<Event>& events);   // 5
+Figure figure_drift(const std::vector<Event>& events);            // 13
+
+}  // namespace majak::draw

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/draw/trajectory_figure.hpp"
+
+#include <cmath>
+#include <utility>
+
+namespace majak::draw {
+namespace {
+
+constexpr double kPath = 1.8, kThin = 0.3;  // points; m between points of a line that is drawn
+
+/// The estimates at equal steps along the way, the last one for certain.
+std::vector<std::size_t> along_the_way(const std::vector<Estimate>& estimates, int wanted) {
+  std::vector<double> way(estimates.size(), 0.0);
+  for (std::size_t i = 1; i < way.size(); ++i)
+    way[i] = way[i - 1] +
+             (estimates[i].T_map_robot.translation() - estimates[i - 1].T_map_robot.translation())
+                 .norm();
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < way.size(); ++i)
+    if (way[i] > 0 && way[i] >= way.back() * double(chosen.size() + 1) / wanted)
+      chosen.push_back(i);
+  return chosen;
+}
+
+void add_ellipses(Panel& panel, const std::vector<Estimate>& estimates, int wanted) {
+  std::vector<Point> centres;
+  for (const std::size_t i : along_the_way(estimates, wanted)) {
+    const Estimate& e = estimates[i];
+    Ellipse ellipse = covariance_ellipse(e.T_map_robot.translation(),
+                                         e.covariance.topLeftCorner<2, 2>(), {ink::red, 1.3});
+    ellipse.fill = ink::red.faint(0.07);
+    panel.marks.push_back(ellipse);
+    centres.push_back({e.T_map_robot.x, e.T_map_robot.y});
+  }
+  if (centres.empty()) return;
+  panel.marks.push_back(Dots{std::move(centres), 2.6, ink::red});
+  panel.legend.push_back({"95 % ellipse", Pen{ink::red, 1.3}});
+}
+
+}  // namespace
+
+Figure path_picture(const PathPicture& picture) {
+  std::vector<Estimate> estimates;
+  std::vector<Point> path, truth, fixes;
+  for (const Estimate& e : picture.estimates) {
+    if (!e.T_map_robot.finite() || !e.covariance.allFinite()) continue;
+    estimates.push_back(e);
+    path.push_back({e.T_map_robot.x, e.T_map_robot.y});
+  }
+  for (const Pose2& pose : picture.truth) truth.push_back({pose.x, pose.y});
+  for (const GpsFix& fix : picture.fixes) fixes.push_back({fix.east, fix.north});
+
+  Figure figure{.width = 900, .height = 720, .title = picture.title};
+  Panel panel{.place = figure.whole(), .x = {"x (m)"}, .y = {"y (m)"}};
+  if (!fixes.empty()) {
+    panel.marks.push_back(Dots{fixes, 1.8, ink::orange});
+    panel.legend.push_back({"satellite fixes", {}, ink::orange});
+  }
+  if (!truth.empty()) {
+    panel.marks.push_back(Polyline{simplify(truth, kThin / 10), {ink::green, kPath, 6}});
+    panel.legend.push_back({"truth", Pen{ink::green, kPath, 6}});
+  }
+  panel.marks.push_back(Polyline{simplify(path, kThin / 10), {ink::blue, kPath}});
+  panel.legend.push_back({picture.path_name, Pen{ink::blue, kPath}});
+  add_ellipses(panel, estimates, picture.ellipses);
+  figure.panels.push_back(std::move(panel));
+  return figure;
+}
+
+}  // namespace majak::draw
