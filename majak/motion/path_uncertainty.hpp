@@ -10,11 +10,10 @@
 
 #include "majak/core/options.hpp"
 #include "majak/core/pose2.hpp"
+#include "majak/motion/drive.hpp"
 
 namespace majak::motion {
 
-/// Derivatives of a twist by some parameters, a column each; at most six, kept without the heap.
-using ByParameters = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 6>;
 using ParameterCovariance =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
 
