@@ -43,8 +43,8 @@ struct Pen {
 };
 
 struct Polyline {
-  std::vector<Point> points;
-  Pen pen;
+  std::vector<Point> points{};
+  Pen pen{};
   bool closed = false;
   std::optional<Colour> fill{};
 };

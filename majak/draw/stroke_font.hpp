@@ -11,7 +11,7 @@
 namespace majak::draw {
 
 /// Lines of a text set in UTF-8 at `size` (the height of an em), from (0, 0) on the baseline to the
-/// right, y downwards. A line of one point is a dot. Letters that are unknown are small boxes.
+/// right, y downwards. A dot is a line of no length; unknown letters are small boxes.
 std::vector<std::vector<Point>> letter_strokes(std::string_view text, double size);
 
 /// Its width.
