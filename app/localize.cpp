@@ -221,7 +221,7 @@ void write_results(LocalizeCommand& o, const Run& run, const Json& summary) {
   const fs::path folder = o.output;
   make_folder(folder);
   const auto& estimates = run.result.estimates;
-  io::write_file_atomically(folder / "trajectory.tum", io::tum_text(estimates));
+  io::write_file_atomically(folder / "trajectory.tum", io::estimates_tum(estimates));
   io::write_file_atomically(folder / "covariance.csv", io::covariance_csv(estimates));
   io::write_file_atomically(folder / "options.toml", effective_options(o));
   io::write_file_atomically(folder / "summary.json", summary.dump(2) + "\n");

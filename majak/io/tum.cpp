@@ -53,7 +53,7 @@ std::string tum_text(const Site& site) {
   return text;
 }
 
-std::string tum_text(std::span<const Estimate> estimates) {
+std::string estimates_tum(std::span<const Estimate> estimates) {
   std::string text;
   text.reserve(estimates.size() * 80);
   for (const Estimate& e : estimates) append_line(text, e.time, e.T_map_robot);

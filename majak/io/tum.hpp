@@ -18,7 +18,7 @@ std::string format_stamp(Time time);
 std::string tum_text(const Site& site);
 
 /// The same of any estimates, one line each.
-std::string tum_text(std::span<const Estimate> estimates);
+std::string estimates_tum(std::span<const Estimate> estimates);
 
 /// A line for each estimate: time, then the covariance of (x, y, theta) in the map's axes as
 /// xx, xy, xt, yy, yt, tt (m^2, m rad, rad^2); the first line names the columns.

@@ -23,7 +23,8 @@ class DeadReckoning {
   DeadReckoning(const DeadReckoningOptions& options, const Pose2& start)
       : options_(options),
         T_map_robot_(start),
-        uncertainty_(motion::constant_covariance(options.noise)) {}
+        by_odometry_(motion::constant_covariance(options.noise)),
+        by_wheels_(motion::constant_covariance(options.car, {options.wheelbase})) {}
 
   std::optional<Estimate> add(const Event& event) {
     if (const auto* odometry = std::get_if<Odometry>(&event)) {
@@ -48,7 +49,7 @@ class DeadReckoning {
     if (leaps(step, std::abs(to_seconds(time - last->first))))
       result_.report.count("jump of the odometry: the step is left out");
     else
-      move(log(step));
+      move_by_odometry(log(step));
     return estimate(time);
   }
 
@@ -67,19 +68,28 @@ class DeadReckoning {
     }
     const double way = to_seconds(hold) * 0.5 * (last->speed + wheels.speed);
     const double steering = 0.5 * (last->steering + wheels.steering);
-    move({way, 0, way * std::tan(steering) / options_.wheelbase});  // MATH 6.3
+    move_by_wheels({way / std::cos(steering), steering});
     return estimate(wheels.time);
   }
 
-  void move(const Vec3& twist) {
+  void move_by_odometry(const Vec3& twist) {
     T_map_robot_ = T_map_robot_ * exp(twist);
-    uncertainty_.move(twist, motion::random_part(options_.noise, twist),
+    by_odometry_.move(twist, motion::random_part(options_.noise, twist),
                       motion::constant_part(twist));
+  }
+
+  void move_by_wheels(const motion::Ackermann::Wheels& wheels) {
+    const motion::Ackermann drive{options_.wheelbase};
+    const Vec3 twist = drive.forward(wheels);
+    T_map_robot_ = T_map_robot_ * exp(twist);
+    by_wheels_.move(twist, motion::random_part(options_.car, drive, wheels),
+                    drive.by_parameters(wheels));
   }
 
   Estimate estimate(Time time) {
     Estimate e{.time = time, .T_map_robot = T_map_robot_};
-    e.covariance = motion::in_map_axes(uncertainty_.covariance(), T_map_robot_.theta);
+    const auto& uncertainty = last_wheels_ ? by_wheels_ : by_odometry_;
+    e.covariance = motion::in_map_axes(uncertainty.covariance(), T_map_robot_.theta);
     if (options_.never_shrink) {
       const double missing = largest_trace_ - e.covariance.trace();
       if (missing > 0) e.covariance.topLeftCorner<2, 2>().diagonal().array() += missing / 2;
@@ -96,7 +106,7 @@ class DeadReckoning {
 
   DeadReckoningOptions options_;
   Pose2 T_map_robot_;
-  motion::PathUncertainty uncertainty_;
+  motion::PathUncertainty by_odometry_, by_wheels_;  // one of them, whichever the log has
   double largest_trace_ = 0;
   bool records_ = true;  // the scans' own, until there is a stream of odometry
   std::optional<std::pair<Time, Pose2>> last_pose_;
@@ -112,6 +122,7 @@ void describe(OptionFields& fields, DeadReckoningOptions& o) {
   fields.add("dead_reckoning.never_shrink", o.never_shrink,
              {"", "keep the ellipse where a way back would make it smaller again"});
   motion::describe(fields, o.noise);
+  motion::describe(fields, o.car);
 }
 
 Localizer dead_reckoning(const DeadReckoningOptions& options, const Pose2& start) {

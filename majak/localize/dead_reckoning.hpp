@@ -9,13 +9,15 @@
 #include "majak/core/options.hpp"
 #include "majak/localize/localizer.hpp"
 #include "majak/motion/path_uncertainty.hpp"
+#include "majak/motion/wheel_noise.hpp"
 
 namespace majak::localize {
 
 struct DeadReckoningOptions {
-  double wheelbase = 2.83;   ///< m, of a car that reports speed and steering
-  bool never_shrink = true;  ///< keep the ellipse where a way back would make it smaller again
-  motion::OdometryNoise noise;
+  double wheelbase = 2.83;      ///< m, of a car that reports speed and steering
+  bool never_shrink = true;     ///< keep the ellipse where a way back would make it smaller again
+  motion::OdometryNoise noise;  ///< of Odometry
+  motion::CarNoise car;         ///< of WheelMotion
 };
 void describe(OptionFields& fields, DeadReckoningOptions& options);
 

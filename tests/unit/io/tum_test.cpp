@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <limits>
+#include <vector>
 
 namespace majak::io {
 namespace {
@@ -58,6 +59,22 @@ TEST(TumText, KeepsTheHeadingToABillionth) {
     ASSERT_EQ(std::sscanf(tum_text(site).c_str(), "%*s %*s %*s 0 0 0 %lf %lf", &qz, &qw), 2);
     EXPECT_NEAR(2 * std::atan2(qz, qw), theta, 2e-9);
   }
+}
+
+TEST(EstimatesTum, HasTheEstimatesOwnTimes) {
+  const std::vector<Estimate> estimates = {{.time = 2'500'000'000, .T_map_robot = {1, 2, kPi / 2}},
+                                           {.time = 1'000, .T_map_robot = {}}};
+  EXPECT_EQ(estimates_tum(estimates),
+            "2.500000 1.000000 2.000000 0 0 0 0.707106781 0.707106781\n"
+            "0.000001 0.000000 0.000000 0 0 0 0.000000000 1.000000000\n");
+}
+
+TEST(CovarianceCsv, ReadsRowByRow) {
+  Estimate e{.time = kSecond};
+  e.covariance << 1, 0.25, 3e-9, 0.25, 2, -0.5, 3e-9, -0.5, 1e-3;
+  EXPECT_EQ(covariance_csv({&e, 1}),
+            "time,xx,xy,xt,yy,yt,tt\n1.000000,1,0.25,3e-09,2,-0.5,0.001\n");
+  EXPECT_EQ(covariance_csv({}), "time,xx,xy,xt,yy,yt,tt\n");
 }
 
 }  // namespace

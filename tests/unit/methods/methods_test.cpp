@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/methods/methods.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+
+#include "majak/core/error.hpp"
+
+namespace majak::methods {
+namespace {
+
+TEST(Methods, EveryRowIsComplete) {
+  std::set<std::string> names;
+  for (const Method& m : methods()) {
+    EXPECT_TRUE(names.insert(m.name).second) << m.name << " stands twice";
+    for (const char* words : {m.name, m.in_the_thesis, m.needs, m.yields})
+      EXPECT_GT(std::string(words).size(), 3U) << m.name;
+    const auto localizer = m.make({});
+    EXPECT_TRUE(localizer.add && localizer.finish) << m.name;
+    EXPECT_TRUE(localizer.finish().estimates.empty()) << m.name << " knows where it is of nothing";
+  }
+  EXPECT_TRUE(names.count("dead-reckoning"));
+}
+
+TEST(Methods, AreFoundByName) {
+  EXPECT_STREQ(method("dead-reckoning").name, "dead-reckoning");
+  try {
+    method("guessing");
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("dead-reckoning"), std::string::npos);
+  }
+}
+
+TEST(Methods, OptionsAreDescribedOnce) {
+  LocalizeOptions options;
+  OptionFields fields;
+  describe(fields, options);
+  std::set<std::string> names;
+  for (const OptionField& field : fields.list)
+    EXPECT_TRUE(names.insert(field.name).second) << field.name << " stands twice";
+}
+
+TEST(Methods, StartIsTaken) {
+  LocalizeOptions options;
+  options.start = {1, 2, 0.5};
+  const auto localizer = method("dead-reckoning").make(options);
+  EXPECT_EQ(localizer.add(Odometry{})->T_map_robot, options.start);
+}
+
+}  // namespace
+}  // namespace majak::methods
