@@ -12,11 +12,11 @@
 namespace majak::draw {
 
 struct PathPicture {
-  std::string title;
-  std::vector<Estimate> estimates;
-  std::vector<Pose2> truth;   ///< in the frame of the estimates; may be empty
-  std::vector<GpsFix> fixes;  ///< likewise
-  int ellipses = 12;          ///< along the way, about equally far apart
+  std::string title{};
+  std::vector<Estimate> estimates{};
+  std::vector<Pose2> truth{};   ///< in the frame of the estimates; may be empty
+  std::vector<GpsFix> fixes{};  ///< likewise
+  int ellipses = 12;            ///< along the way, about equally far apart
   std::string path_name = "estimate";
 };
 
