@@ -103,7 +103,7 @@ struct Panel {
   bool framed = true;  ///< false: a sketch without frame, ticks and grid
   std::vector<Mark> marks{};
   std::vector<LegendEntry> legend{};
-  Corner legend_at = Corner::top_right;
+  std::optional<Corner> legend_at{};  ///< default: where it hides least
 };
 
 struct Figure {

@@ -42,7 +42,7 @@ void draw_steering(std::vector<Mark>& marks, const Point& front) {
 
 void draw_circle(std::vector<Mark>& marks, const Point& centre, const Point& front) {
   const double radius = -centre.x, front_radius = std::hypot(radius, kWheelbase);
-  marks.push_back(Polyline{{centre, {kTrack / 2 + 0.3, 0}}, kThin});
+  marks.push_back(Polyline{{centre, {0.86, 0}}, kThin});
   marks.push_back(Polyline{{centre, front}, kThin});
   marks.push_back(Polyline{arc(centre, radius, 0, 0.8), {ink::blue, 2.2}});
   marks.push_back(

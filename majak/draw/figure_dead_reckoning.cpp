@@ -32,7 +32,7 @@ struct Stage {
 
 struct Drive {
   motion::Differential drive{0.4};
-  motion::WheelNoise noise{.slip = 0.006};
+  motion::WheelNoise noise{.slip = 0.01};
   std::vector<Stage> stages;
   std::vector<Point> path{{0, 0}};
   double inside = 0;  ///< share of the runs whose end lies in the last region
@@ -82,7 +82,7 @@ Figure built_in() {
   reckon(d);
   sample(d);
   Figure figure{.width = 900,
-                .height = 640,
+                .height = 660,
                 .title = "Dead reckoning: the longer the way, the larger the ellipse"};
   Panel panel{.place = figure.whole(), .x = {"x (m)"}, .y = {"y (m)"}};
   for (const Stage& stage : d.stages)
@@ -103,7 +103,6 @@ Figure built_in() {
                   {fmt::format("95 % region; holds {:.1f} % of {} ends", 100 * d.inside, kRuns),
                    Pen{ink::red, 1.8}},
                   {"the same as a plain ellipse", Pen{ink::grey, 1.2, 4}}};
-  panel.legend_at = Corner::top_left;
   figure.panels.push_back(std::move(panel));
   return figure;
 }

@@ -20,12 +20,13 @@ void draw_robot(std::vector<Mark>& marks, const Pose2& pose, double alpha) {
   marks.push_back(Polyline{{point(pose.translation()), point(pose * Vec2(0.26, 0))}, {colour, 2}});
 }
 
-Panel drive_panel(const Box& place, const char* title, const char* wheels,
+/// `middle`: of the panel, m to the right of the robot.
+Panel drive_panel(const Box& place, const char* title, const char* wheels, double middle,
                   const motion::Differential::Wheels& rolled) {
   const Vec3 twist = motion::Differential{kTrack}.forward(rolled);
   Panel panel{.place = place,
               .title = title,
-              .x = {"", -0.95, 0.55},
+              .x = {"", middle - 0.75, middle + 0.75},
               .y = {"", -0.62, 1.25},
               .framed = false};
   auto& marks = panel.marks;
@@ -39,7 +40,7 @@ Panel drive_panel(const Box& place, const char* title, const char* wheels,
   };
   speed(kLeft, rolled.left, ink::blue);
   speed(kRight, rolled.right, ink::green);
-  marks.push_back(Label{{-0.2, -0.52}, wheels, 28, 0, Anchor::middle, 16});
+  marks.push_back(Label{{middle, -0.5}, wheels, 0, 0, Anchor::middle, 16});
   return panel;
 }
 
@@ -59,10 +60,10 @@ Figure figure_differential(const std::vector<Event>&) {
   const Box all = figure.whole();
   const double width = all.width / 3, height = all.height - 70;
   const auto place = [&](int i) { return Box{i * width, all.top, width, height}; };
-  figure.panels.push_back(drive_panel(place(0), "straight", "left = right", {0.9, 0.9}));
-  figure.panels.push_back(drive_panel(place(1), "arc", "left < right", {0.55, 1.05}));
+  figure.panels.push_back(drive_panel(place(0), "straight", "left = right", 0, {0.9, 0.9}));
+  figure.panels.push_back(drive_panel(place(1), "arc", "left < right", -0.25, {0.55, 1.05}));
   draw_circle(figure.panels.back(), {0.55, 1.05});
-  figure.panels.push_back(drive_panel(place(2), "spin", "left = −right", {-0.5, 0.5}));
+  figure.panels.push_back(drive_panel(place(2), "spin", "left = −right", 0, {-0.5, 0.5}));
   Panel words{.place = {0, all.top + height, all.width, 70},
               .x = {"", 0, 1},
               .y = {"", 0, 1},

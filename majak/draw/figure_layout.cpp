@@ -150,9 +150,9 @@ void draw_marks(Sheet& sheet, const Panel& panel, const View& view) {
   for (const Mark& mark : panel.marks) std::visit(Visitor{sheet, view}, mark);
 }
 
-/// Round values within a range.
-std::vector<double> round_values(const Range& r, double room) {
-  const double step = ticks(r.size(), std::max(2, int(room / 75)))[1];
+/// Round values within a range, about `apart` points from each other.
+std::vector<double> round_values(const Range& r, double room, double apart) {
+  const double step = ticks(r.size(), std::max(2, int(room / apart)))[1];
   std::vector<double> values;
   for (double k = std::ceil(r.low / step - 1e-9); k * step <= r.high + 1e-9 * step; ++k)
     values.push_back(k * step);
@@ -163,12 +163,12 @@ void draw_axes(Sheet& sheet, const Panel& panel, const View& view) {
   const Box& in = view.inner;
   const double right = in.left + in.width, bottom = in.top + in.height;
   const Pen grid{ink::light, 1};
-  for (const double v : round_values(view.x, in.width)) {
+  for (const double v : round_values(view.x, in.width, 75)) {
     const double x = view(Point{v, 0}).x;
     sheet.line({{x, in.top}, {x, bottom}}, grid);
     sheet.words({{x, bottom + 18}, number(v, 6), Anchor::middle, kTick});
   }
-  for (const double v : round_values(view.y, in.height)) {
+  for (const double v : round_values(view.y, in.height, 50)) {
     const double y = view(Point{0, v}).y;
     sheet.line({{in.left, y}, {right, y}}, grid);
     sheet.words({{in.left - 8, y + 4.5}, number(v, 6), Anchor::end, kTick});
@@ -190,18 +190,58 @@ void draw_frame(Sheet& sheet, const Box& in) {
              {ink::grey, 1.2}, {}, true);
 }
 
-void draw_legend(Sheet& sheet, const Panel& panel, const Box& in) {
+Box in_corner(const Box& in, Corner corner, double width, double height) {
+  constexpr double kInset = 10;
+  const bool right = corner == Corner::top_right || corner == Corner::bottom_right;
+  const bool top = corner == Corner::top_left || corner == Corner::top_right;
+  return {right ? in.left + in.width - width - kInset : in.left + kInset,
+          top ? in.top + kInset : in.top + in.height - height - kInset, width, height};
+}
+
+/// How much of the marks lies under a box, in points of lines.
+int hidden(const Panel& panel, const View& view, const Box& box) {
+  constexpr double kStride = 6;
+  int count = 0;
+  for (const Mark& mark : panel.marks) {
+    const std::vector<Point> points = view(points_of(mark));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Point b = points[i],
+                  a = i > 0 && !std::holds_alternative<Dots>(mark) ? points[i - 1] : b;
+      const int steps = 1 + int(std::hypot(b.x - a.x, b.y - a.y) / kStride);
+      for (int k = 1; k <= steps; ++k) {
+        const double x = a.x + (b.x - a.x) * k / steps, y = a.y + (b.y - a.y) * k / steps;
+        count +=
+            x > box.left && x < box.left + box.width && y > box.top && y < box.top + box.height;
+      }
+    }
+  }
+  return count;
+}
+
+/// Where the legend hides least.
+Box legend_box(const Panel& panel, const View& view, double width, double height) {
+  if (panel.legend_at) return in_corner(view.inner, *panel.legend_at, width, height);
+  Box best;
+  int least = -1;
+  for (const Corner corner :
+       {Corner::top_right, Corner::top_left, Corner::bottom_right, Corner::bottom_left}) {
+    const Box box = in_corner(view.inner, corner, width, height);
+    const int here = hidden(panel, view, box);
+    if (least < 0 || here < least) best = box, least = here;
+  }
+  return best;
+}
+
+void draw_legend(Sheet& sheet, const Panel& panel, const View& view) {
   if (panel.legend.empty()) return;
   constexpr double kRow = 22, kSample = 28, kInset = 10;
   double width = 0;
   for (const LegendEntry& e : panel.legend) width = std::max(width, text_width(e.text, 14));
   width += kSample + 3 * kInset;
   const double height = kRow * double(panel.legend.size()) + kInset;
-  const bool right =
-      panel.legend_at == Corner::top_right || panel.legend_at == Corner::bottom_right;
-  const bool top = panel.legend_at == Corner::top_left || panel.legend_at == Corner::top_right;
-  const double x = right ? in.left + in.width - width - kInset : in.left + kInset;
-  double y = top ? in.top + kInset : in.top + in.height - height - kInset;
+  const Box box = legend_box(panel, view, width, height);
+  const double x = box.left;
+  double y = box.top;
   sheet.area({{x, y}, {x + width, y}, {x + width, y + height}, {x, y + height}}, {ink::light, 1},
              ink::white.faint(0.9), true);
   for (const LegendEntry& e : panel.legend) {
@@ -250,7 +290,7 @@ std::vector<Stroke> strokes_of(const Figure& figure) {
     draw_marks(sheet, panel, view);
     sheet.clip(all);
     if (panel.framed) draw_frame(sheet, view.inner);
-    draw_legend(sheet, panel, view.inner);
+    draw_legend(sheet, panel, view);
   }
   return std::move(sheet.strokes);
 }

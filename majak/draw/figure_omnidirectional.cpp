@@ -46,7 +46,7 @@ Panel wheels_panel(const Box& place) {
   marks.push_back(Arrow{{0, 0}, {0, 0.24}, {ink::red, 2.4}, false});
   marks.push_back(Label{{0, 0.24}, "dx", 8, -6, Anchor::start, 17, ink::red});
   marks.push_back(Arrow{{0, 0}, {-0.24, 0}, {ink::red, 2.4}, false});
-  marks.push_back(Label{{-0.24, 0}, "dy", -2, 9, Anchor::middle, 17, ink::red});
+  marks.push_back(Label{{-0.24, 0}, "dy", 8, 10, Anchor::start, 17, ink::red});
   return panel;
 }
 
@@ -56,14 +56,14 @@ Panel motion_panel(const Box& place) {
   auto& marks = panel.marks;
   const motion::Omnidirectional drive{kArm};
   constexpr int kSteps = 300, kShown = 4;
-  const double turn = radians(150) / kSteps, step = 1.9 / kSteps;
+  const double turn = radians(150) / kSteps, step = 1.7 / kSteps;
   Pose2 pose{0, 0, kPi / 2};
   std::vector<Point> centre, ways[3];
   for (int i = 0; i <= kSteps; ++i) {
     if (i % (kSteps / (kShown - 1)) == 0) draw_robot(marks, pose, 0.35 + 0.65 * (i == kSteps));
     centre.push_back(point(pose.translation()));
     // The way ahead on the sheet, in the robot's own axes at the middle of the step.
-    const Vec2 ahead = Pose2{0, 0, -(pose.theta + turn / 2)} * Vec2(step, 0.15 * step);
+    const Vec2 ahead = Pose2{0, 0, -(pose.theta + turn / 2)} * Vec2(step, 0.5 * step);
     pose = pose * exp(drive.forward(drive.inverse({ahead.x(), ahead.y(), turn})));
   }
   marks.push_back(Polyline{std::move(centre), {ink::red, 2.4}});

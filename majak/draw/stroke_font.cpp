@@ -82,7 +82,7 @@ const std::map<std::uint32_t, const char*> kGlyphs = {
     {'i', "0i0c 0k0k"},
     {'j', "~2i2a0a 2k2k"},
     {'k', "0k0c 4i0e 1f5c"},
-    {'l', "0k0c"},
+    {'l', "0k0e ~0e0c2c"},
     {'m', "0i0c ~0f0i4i4f 4f4c ~4f4i8i8f 8f8c"},
     {'n', "0i0c ~0f0i5i5f 5f5c"},
     {'o', "@0i5i5c0c"},
