@@ -32,7 +32,7 @@ struct Stage {
 
 struct Drive {
   motion::Differential drive{0.4};
-  motion::WheelNoise noise{.slip = 0.01};
+  motion::WheelNoise noise{.slip = 0.008};
   std::vector<Stage> stages;
   std::vector<Point> path{{0, 0}};
   double inside = 0;  ///< share of the runs whose end lies in the last region

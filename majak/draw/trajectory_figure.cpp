@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/draw/trajectory_figure.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -23,19 +24,35 @@ std::vector<std::size_t> along_the_way(const std::vector<Estimate>& estimates, i
   return chosen;
 }
 
-void add_ellipses(Panel& panel, const std::vector<Estimate>& estimates, int wanted) {
+/// The diagonal of the path's box.
+double extent(const std::vector<Point>& path) {
+  Point low{1e300, 1e300}, high{-1e300, -1e300};
+  for (const Point& p : path) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+  }
+  return std::hypot(high.x - low.x, high.y - low.y);
+}
+
+/// Those larger than the path itself would hide it, and say nothing more.
+void add_ellipses(Panel& panel, const std::vector<Estimate>& estimates, int wanted,
+                  double largest) {
   std::vector<Point> centres;
+  bool all = true;
   for (const std::size_t i : along_the_way(estimates, wanted)) {
     const Estimate& e = estimates[i];
     Ellipse ellipse = covariance_ellipse(e.T_map_robot.translation(),
                                          e.covariance.topLeftCorner<2, 2>(), {ink::red, 1.3});
+    all = all && ellipse.rx <= largest;
+    if (ellipse.rx > largest) continue;
     ellipse.fill = ink::red.faint(0.07);
     panel.marks.push_back(ellipse);
     centres.push_back({e.T_map_robot.x, e.T_map_robot.y});
   }
   if (centres.empty()) return;
   panel.marks.push_back(Dots{std::move(centres), 2.6, ink::red});
-  panel.legend.push_back({"95 % ellipse", Pen{ink::red, 1.3}});
+  panel.legend.push_back(
+      {all ? "95 % ellipse" : "95 % ellipse, while smaller than the path", Pen{ink::red, 1.3}});
 }
 
 }  // namespace
@@ -63,7 +80,7 @@ Figure path_picture(const PathPicture& picture) {
   }
   panel.marks.push_back(Polyline{simplify(path, kThin / 10), {ink::blue, kPath}});
   panel.legend.push_back({picture.path_name, Pen{ink::blue, kPath}});
-  add_ellipses(panel, estimates, picture.ellipses);
+  add_ellipses(panel, estimates, picture.ellipses, 0.5 * extent(path));
   figure.panels.push_back(std::move(panel));
   return figure;
 }

@@ -11,6 +11,7 @@ namespace {
 
 // A step that no robot makes, in m and rad: so much at once, and so much a second.
 constexpr double kMostStep = 2, kMostSpeed = 40, kMostTurn = 1.5, kMostTurnRate = 10;
+constexpr double kUnsure = 0.5;             // rad, sigma of the heading (MATH 6.2)
 constexpr Duration kLongestHold = kSecond;  // beyond this nobody knows what the wheels did
 
 bool leaps(const Pose2& step, double seconds) {
@@ -90,6 +91,8 @@ class DeadReckoning {
     Estimate e{.time = time, .T_map_robot = T_map_robot_};
     const auto& uncertainty = last_wheels_ ? by_wheels_ : by_odometry_;
     e.covariance = motion::in_map_axes(uncertainty.covariance(), T_map_robot_.theta);
+    if (e.covariance(2, 2) > kUnsure * kUnsure)
+      result_.report.count("heading unsure by over 0.5 rad: no ellipse holds the position then");
     if (options_.never_shrink) {
       const double missing = largest_trace_ - e.covariance.trace();
       if (missing > 0) e.covariance.topLeftCorner<2, 2>().diagonal().array() += missing / 2;

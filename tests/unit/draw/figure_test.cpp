@@ -188,6 +188,8 @@ TEST(PathPicture, ShowsWhatThereIs) {
   std::size_t ellipses = 0;
   for (const Outline& o : all_of<Outline>(path_picture(picture))) ellipses += o.points.size() == 96;
   EXPECT_EQ(ellipses, 12U);
+  picture.estimates.back().covariance *= 1e6;  // larger than the path
+  EXPECT_TRUE(says(path_picture(picture), "95 % ellipse, while smaller than the path"));
   picture.estimates.resize(1);
   EXPECT_FALSE(says(path_picture(picture), "95 % ellipse"));
 }
