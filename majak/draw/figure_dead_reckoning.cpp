@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 
 #include <cmath>
+#include <functional>
 
 #include "majak/core/error.hpp"
 #include "majak/core/random.hpp"
@@ -16,80 +17,131 @@
 namespace majak::draw {
 namespace {
 
-constexpr int kSteps = 80, kStages = 4, kRuns = 20'000, kShown = 500;
-constexpr double kStep = 0.125;  // m: 10 m in all
+constexpr int kSteps = 40, kStages = 4, kRuns = 100'000, kShown = 400;
+constexpr double kStep = 0.25;  // m: 10 m in all
 constexpr double kChi95 = 5.991464547107979;
 constexpr std::uint64_t kSeed = 5;
 
-double bend(int step) { return step < 28 ? 0.028 : step < 52 ? -0.045 : 0.02; }  // rad a step
+double bend(int step) { return step < 14 ? 0.055 : step < 26 ? -0.09 : 0.04; }  // rad a step
 
 /// Where 95 % of the robots should be after a stage, and where some of them are.
 struct Stage {
   Pose2 pose;
   Mat3 covariance;
-  std::vector<Point> robots;
+  std::vector<Point> robots{};
 };
 
-struct Drive {
-  motion::Differential drive{0.4};
-  motion::WheelNoise noise{.slip = 0.008};
-  std::vector<Stage> stages;
-  std::vector<Point> path{{0, 0}};
-  double inside = 0;  ///< share of the runs whose end lies in the last region
+/// A drive along the path of bend().
+struct Course {
+  const char* name;
+  std::function<Vec3(int)> twist;                   ///< of a step, as the wheels report it
+  std::function<Mat3(int)> noise;                   ///< its covariance
+  std::function<Vec3(int, RandomStream&)> slipped;  ///< the same of a robot that slips
 };
 
-/// The drive as it is believed to be, with its covariance.
-void reckon(Drive& d) {
-  Pose2 pose;
-  motion::PathUncertainty uncertainty;
-  for (int i = 0; i < kSteps; ++i) {
-    const Vec3 twist(kStep, 0, bend(i));
-    pose = pose * exp(twist);
-    uncertainty.move(twist, motion::random_part(d.noise, d.drive, d.drive.inverse(twist)));
-    d.path.push_back(point(pose.translation()));
-    if ((i + 1) % (kSteps / kStages) == 0) d.stages.push_back({pose, uncertainty.covariance(), {}});
-  }
+/// What a wheel rolls where it should roll `way`.
+double roll(double way, const motion::WheelNoise& noise, RandomStream& random) {
+  return way + noise.slip * std::sqrt(std::abs(way)) * random.normal();
 }
 
-/// Robots whose wheels slip.
-void sample(Drive& d) {
-  const Stage& last = d.stages.back();
+Course differential() {
+  const motion::Differential drive{0.4};
+  const motion::WheelNoise noise{.slip = 0.008};
+  const auto wheels = [=](int i) { return drive.inverse({kStep, 0, bend(i)}); };
+  return {"differential", [=](int i) { return drive.forward(wheels(i)); },
+          [=](int i) { return motion::random_part(noise, drive, wheels(i)); },
+          [=](int i, RandomStream& r) {
+            auto w = wheels(i);
+            w.left = roll(w.left, noise, r);
+            w.right = roll(w.right, noise, r);
+            return drive.forward(w);
+          }};
+}
+
+Course ackermann() {
+  const motion::Ackermann drive{0.5};
+  const motion::WheelNoise noise{.slip = 0.02, .steering = 0.04};
+  const auto wheels = [=](int i) { return drive.inverse({kStep, 0, bend(i)}); };
+  return {"Ackermann", [=](int i) { return drive.forward(wheels(i)); },
+          [=](int i) { return motion::random_part(noise, drive, wheels(i)); },
+          [=](int i, RandomStream& r) {
+            auto w = wheels(i);
+            w.way = roll(w.way, noise, r);
+            w.steering += noise.steering * r.normal();
+            return drive.forward(w);
+          }};
+}
+
+/// The same path without looking where it goes: the robot keeps half aside.
+Course omnidirectional() {
+  const motion::Omnidirectional drive{0.25};
+  const motion::WheelNoise noise{.slip = 0.016};
+  const Vec2 ahead = kStep * Vec2(std::cos(0.8), -std::sin(0.8));
+  const auto wheels = [=](int i) { return drive.inverse({ahead.x(), ahead.y(), bend(i)}); };
+  return {"omnidirectional", [=](int i) { return drive.forward(wheels(i)); },
+          [=](int i) { return motion::random_part(noise, drive, wheels(i)); },
+          [=](int i, RandomStream& r) {
+            auto w = wheels(i);
+            for (double& way : w) way = roll(way, noise, r);
+            return drive.forward(w);
+          }};
+}
+
+bool ends_a_stage(int step) { return (step + 1) % (kSteps / kStages) == 0; }
+
+/// The drive as it is believed to be, with its covariance.
+std::vector<Stage> reckon(const Course& course, const Pose2& start, std::vector<Point>& path) {
+  Pose2 pose = start;
+  motion::PathUncertainty uncertainty;
+  std::vector<Stage> stages;
+  for (int i = 0; i < kSteps; ++i) {
+    const Vec3 twist = course.twist(i);
+    const std::vector<Point> way = way_of({0, 0}, pose, twist);
+    path.insert(path.end(), way.begin(), way.end());
+    pose = pose * exp(twist);
+    uncertainty.move(twist, course.noise(i));
+    if (ends_a_stage(i)) stages.push_back({pose, uncertainty.covariance()});
+  }
+  return stages;
+}
+
+/// Drives robots whose wheels slip; the share of them that ends in the last region.
+double sample(const Course& course, const Pose2& start, std::vector<Stage>& stages) {
+  const Stage& last = stages.back();
   const Eigen::Matrix2d information =
       Eigen::Matrix2d(last.covariance.topLeftCorner<2, 2>()).inverse();
   int inside = 0;
   for (int run = 0; run < kRuns; ++run) {
     RandomStream random(kSeed, static_cast<std::uint64_t>(run));
-    const auto roll = [&](double way) {
-      return way + d.noise.slip * std::sqrt(std::abs(way)) * random.normal();
-    };
-    Pose2 truth;
+    Pose2 truth = start;
     for (int i = 0; i < kSteps; ++i) {
-      const auto w = d.drive.inverse({kStep, 0, bend(i)});
-      const double left = roll(w.left);
-      truth = truth * exp(d.drive.forward({left, roll(w.right)}));
-      const int stage = (i + 1) / (kSteps / kStages);
-      if (run < kShown && (i + 1) % (kSteps / kStages) == 0)
-        d.stages[static_cast<std::size_t>(stage - 1)].robots.push_back(point(truth.translation()));
+      truth = truth * exp(course.slipped(i, random));
+      if (run < kShown && ends_a_stage(i))
+        stages[static_cast<std::size_t>(i / (kSteps / kStages))].robots.push_back(
+            point(truth.translation()));
     }
     const Vec2 error = log(between(last.pose, truth)).head<2>();
     inside += error.dot(information * error) <= kChi95;
   }
-  d.inside = double(inside) / kRuns;
+  return double(inside) / kRuns;
 }
 
-Figure built_in() {
-  Drive d;
-  reckon(d);
-  sample(d);
-  Figure figure{.width = 900,
-                .height = 660,
-                .title = "Dead reckoning: the longer the way, the larger the ellipse"};
-  Panel panel{.place = figure.whole(), .x = {"x (m)"}, .y = {"y (m)"}};
-  for (const Stage& stage : d.stages)
-    panel.marks.push_back(Dots{stage.robots, 1.4, ink::orange.faint(0.7)});
-  panel.marks.push_back(Polyline{d.path, {ink::blue, 2.2}});
-  std::vector<Point> centres;
-  for (const Stage& stage : d.stages) {
+Panel course_panel(const Box& place, const Course& course) {
+  // All set out along x, whichever way they look.
+  const Vec3 first = course.twist(0);
+  const Pose2 start{0, 0, -std::atan2(first.y(), first.x())};
+  std::vector<Point> path, centres;
+  std::vector<Stage> stages = reckon(course, start, path);
+  const double inside = sample(course, start, stages);
+  Panel panel{.place = place,
+              .title = fmt::format("{}: the 95 % region after 10 m holds {:.1f} % of {} robots",
+                                   course.name, 100 * inside, kRuns),
+              .x = {"x (m)"},
+              .y = {"y (m)", -0.3, 3.7}};
+  for (const Stage& stage : stages)
+    panel.marks.push_back(Dots{stage.robots, 1.3, ink::orange.faint(0.7)});
+  panel.marks.push_back(Polyline{std::move(path), {ink::blue, 2.2}});
+  for (const Stage& stage : stages) {
     panel.marks.push_back(Polyline{
         bent_ellipse(stage.pose, stage.covariance), {ink::red, 1.8}, true, ink::red.faint(0.06)});
     const Mat3 in_map = motion::in_map_axes(stage.covariance, stage.pose.theta);
@@ -98,12 +150,23 @@ Figure built_in() {
     centres.push_back(point(stage.pose.translation()));
   }
   panel.marks.push_back(Dots{std::move(centres), 3.5, ink::blue});
-  panel.legend = {{"path by the wheels, 10 m", Pen{ink::blue, 2.2}},
-                  {fmt::format("{} robots that slipped on it", kShown), {}, ink::orange},
-                  {fmt::format("95 % region; holds {:.1f} % of {} ends", 100 * d.inside, kRuns),
-                   Pen{ink::red, 1.8}},
-                  {"the same as a plain ellipse", Pen{ink::grey, 1.2, 4}}};
-  figure.panels.push_back(std::move(panel));
+  return panel;
+}
+
+Figure built_in() {
+  Figure figure{.width = 900,
+                .height = 1230,
+                .title = "Dead reckoning: the longer the way, the larger the ellipse"};
+  const double height = (figure.whole().height - 10) / 3;
+  double top = figure.whole().top;
+  for (const Course& course : {differential(), ackermann(), omnidirectional()}) {
+    figure.panels.push_back(course_panel({0, top, figure.width, height}, course));
+    top += height;
+  }
+  figure.panels[0].legend = {{"path by the wheels", Pen{ink::blue, 2.2}},
+                             {fmt::format("{} robots that slipped", kShown), {}, ink::orange},
+                             {"95 % region, bent", Pen{ink::red, 1.8}},
+                             {"plain 95 % ellipse", Pen{ink::grey, 1.2, 4}}};
   return figure;
 }
 

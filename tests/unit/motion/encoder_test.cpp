@@ -9,6 +9,7 @@
 #include "majak/core/angle.hpp"
 #include "majak/core/error.hpp"
 #include "majak/core/random.hpp"
+#include "majak/motion/drive.hpp"
 
 namespace majak::motion {
 namespace {
@@ -124,6 +125,30 @@ TEST(Encoder, NonsenseIsRefused) {
   EXPECT_THROW(Encoder({.bits = 7}), Error);
   EXPECT_THROW(Encoder({.bits = 33}), Error);
   EXPECT_THROW(Encoder({.max_speed = std::numeric_limits<double>::quiet_NaN()}), Error);
+}
+
+// From ticks to a pose (A012): three times round a circle, both counters of 16 bits running over.
+TEST(Encoder, TwoOfThemCarryADifferentialDriveRound) {
+  const EncoderOptions options{
+      .ticks_per_turn = 100'000, .radius = 0.1, .bits = 16, .max_speed = 1};
+  Encoder left(options), right(options);
+  const Differential drive{0.4};
+  const double tick = left.tick(), turns = 3, radius = 1;
+  Pose2 pose;
+  Report report;
+  constexpr int kRecords = 3000;
+  for (int i = 0; i <= kRecords; ++i) {
+    const double turn = 2 * kPi * turns * i / kRecords;
+    const auto count = [&](double way) { return counter(std::llround(way / tick), 16, true); };
+    const Time time = i * kSecond / 50;
+    const auto l = left.add(time, count((radius - 0.2) * turn), report);
+    const auto r = right.add(time, count((radius + 0.2) * turn), report);
+    if (l && r) pose = pose * exp(drive.forward({*l, *r}));
+  }
+  EXPECT_TRUE(report.empty());
+  // Only the ticks' width is left: seen 3e-6 m.
+  EXPECT_LT(pose.translation().norm(), 5e-5);
+  EXPECT_NEAR(pose.theta, 0, 2 * tick / 0.4);
 }
 
 // Anything at all: no way is ever longer than the wheel can roll, and nothing is lost silently.

@@ -121,6 +121,41 @@ TEST(PathUncertainty, HoldsOmnidirectionalDrives) {
       noise));
 }
 
+TEST(PathUncertainty, HoldsMecanumDrives) {
+  const WheelNoise noise{.slip = 0.008};
+  const WheelMatrix matrix(mecanum_wheels(0.6, 0.4));
+  // Four wheels at once, without the heap.
+  struct Mecanum {
+    Eigen::Matrix<double, 3, 4> by_wheels;
+    Vec3 forward(const Eigen::Vector4d& rolled) const { return by_wheels * rolled; }
+  };
+  const Mecanum drive{matrix.by_wheels()};
+  std::vector<Eigen::Vector4d> wheels;
+  PathUncertainty uncertainty;
+  Pose2 T;
+  for (int i = 0; i < kSteps; ++i) {
+    wheels.emplace_back(matrix.inverse({0.2, 0.15, bend(i)}));
+    const Vec3 twist = drive.forward(wheels.back());
+    T = T * exp(twist);
+    uncertainty.move(twist, random_part(noise, matrix, wheels.back()));
+  }
+  const Eigen::Matrix2d xy =
+      Eigen::Matrix2d(uncertainty.covariance().topLeftCorner<2, 2>()).inverse();
+  double inside = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    RandomStream r(10, static_cast<std::uint64_t>(run));
+    Pose2 truth;
+    for (const Eigen::Vector4d& w : wheels) {
+      Eigen::Vector4d rolled;
+      for (int k = 0; k < 4; ++k) rolled[k] = slipped(w[k], noise, r);
+      truth = truth * exp(drive.forward(rolled));
+    }
+    const Vec2 e = log(between(T, truth)).head<2>();
+    inside += e.dot(xy * e) <= kChi95In2 ? 1.0 / kRuns : 0;
+  }
+  EXPECT_NEAR(inside, 0.95, 0.01);
+}
+
 /// The same law for what is constantly wrong, drawn once a run.
 TEST(PathUncertainty, HoldsWheelsThatAreWrongAllTheWay) {
   const Vec3 sigma(0.001, 0.001, 0.004);  // left, right radius; m of track
