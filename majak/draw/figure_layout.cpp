@@ -200,14 +200,14 @@ Box in_corner(const Box& in, Corner corner, double width, double height) {
 
 /// How much of the marks lies under a box, in points of lines.
 int hidden(const Panel& panel, const View& view, const Box& box) {
-  constexpr double kStride = 6;
+  constexpr double kStride = 6, kMost = 1000;
   int count = 0;
   for (const Mark& mark : panel.marks) {
     const std::vector<Point> points = view(points_of(mark));
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Point b = points[i],
                   a = i > 0 && !std::holds_alternative<Dots>(mark) ? points[i - 1] : b;
-      const int steps = 1 + int(std::hypot(b.x - a.x, b.y - a.y) / kStride);
+      const int steps = 1 + int(std::min(kMost, std::hypot(b.x - a.x, b.y - a.y) / kStride));
       for (int k = 1; k <= steps; ++k) {
         const double x = a.x + (b.x - a.x) * k / steps, y = a.y + (b.y - a.y) * k / steps;
         count +=

@@ -48,8 +48,17 @@ std::string svg_of(const Words& w) {
       paint_of("fill", w.colour), escape(w.text));
 }
 
-/// The whole parts of a dashed line.
+double length_of(const std::vector<Point>& points) {
+  double length = 0;
+  for (std::size_t i = 1; i < points.size(); ++i)
+    length += std::hypot(points[i].x - points[i - 1].x, points[i].y - points[i - 1].y);
+  return length;
+}
+
+/// The whole parts of a dashed line; one that runs far beyond any sheet stays whole.
 std::vector<std::vector<Point>> dashes(const std::vector<Point>& points, double dash) {
+  constexpr double kMost = 1e5;
+  if (length_of(points) > kMost * dash) return {points};
   std::vector<std::vector<Point>> parts;
   double left = dash;  // of this dash or gap
   bool drawing = true;

@@ -24,13 +24,14 @@ Raster::Region Raster::region(std::span<const Point> points, double margin) cons
   }
   const double right = std::min(clip_.left + clip_.width, double(image_.width));
   const double bottom = std::min(clip_.top + clip_.height, double(image_.height));
-  const auto low = [&](double v, double least) {
-    return int(std::floor(std::max({v - margin, least, 0.0})));
+  const double left = std::max(clip_.left, 0.0), top = std::max(clip_.top, 0.0);
+  const auto low = [&](double v, double least, double most) {
+    return int(std::floor(std::clamp(v - margin, least, std::max(least, most))));
   };
-  const auto high = [&](double v, double most) {
-    return int(std::ceil(std::min(v + margin, most)));
+  const auto high = [&](double v, double least, double most) {
+    return int(std::ceil(std::clamp(v + margin, std::min(least, most), most)));
   };
-  return {low(x0, clip_.left), low(y0, clip_.top), high(x1, right), high(y1, bottom)};
+  return {low(x0, left, right), low(y0, top, bottom), high(x1, left, right), high(y1, top, bottom)};
 }
 
 void Raster::cover_segment(const Point& a, const Point& b, double half) {

@@ -114,6 +114,41 @@ TEST(Figure, PointsThatAreNoNumbersAreLeftOut) {
   EXPECT_THAT(figure_svg(figure), HasSubstr("</svg>"));  // an empty frame
 }
 
+TEST(Figure, WhatLiesFarOutsideIsCutOff) {
+  Figure figure{.width = 300, .height = 200};
+  figure.panels.push_back({.place = figure.whole(),
+                           .x = {"", 0, 1},
+                           .y = {"", 0, 1},
+                           .marks = {Polyline{{{-1e15, 0.5}, {1e15, 0.5}}, {ink::red, 3, 5}},
+                                     circle({0.5, 0.5}, 1e12, {ink::blue, 2}, ink::blue)},
+                           .legend = {{"far", Pen{}}}});
+  EXPECT_EQ(figure_image(figure, 1).width, 300);
+  EXPECT_THAT(figure_svg(figure), HasSubstr("clip-path"));
+}
+
+TEST(Figure, LegendsStandWhereTheyHideLeast) {
+  Figure figure{.width = 600, .height = 400};
+  // Lines at the top and on the right: what is left is the bottom on the left.
+  Panel panel{.place = figure.whole(),
+              .x = {"", 0, 6},
+              .y = {"", 0, 4},
+              .equal = false,
+              .marks = {Polyline{{{0, 3.8}, {6, 3.8}}}, Polyline{{{5.8, 0}, {5.8, 4}}}},
+              .legend = {{"a line", Pen{}}}};
+  const auto place = [&](const Panel& p) {
+    Figure f = figure;
+    f.panels = {p};
+    for (const Words& w : all_of<Words>(f))
+      if (w.text == "a line") return w.at;
+    return Point{};
+  };
+  EXPECT_LT(place(panel).x, 300);
+  EXPECT_GT(place(panel).y, 200);
+  panel.legend_at = Corner::top_right;
+  EXPECT_GT(place(panel).x, 300);
+  EXPECT_LT(place(panel).y, 200);
+}
+
 TEST(Figure, PictureAndSvgAreOneScene) {
   // Where the scene has ink, the picture has; the dash's gaps are white.
   const Figure figure = sketch({Polyline{{{0, 5}, {10, 5}}, {ink::black, 4, 10}}});
