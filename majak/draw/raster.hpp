@@ -32,7 +32,10 @@ class Raster {
   void cover_segment(const Point& a, const Point& b, double half);
   void cover_span(double x0, double x1, int y, float share, const Region& r);
   void paint(const Region& r, const Colour& colour);
-  float& covered(int x, int y) { return covered_[static_cast<std::size_t>(y * image_.width + x)]; }
+  float& covered(int x, int y) {
+    return covered_[static_cast<std::size_t>(y) * static_cast<std::size_t>(image_.width) +
+                    static_cast<std::size_t>(x)];
+  }
 
   io::Image image_;
   std::vector<float> covered_;  // by the shape at hand; zero between shapes

@@ -42,7 +42,7 @@ std::optional<double> Encoder::add(Time time, std::int64_t counter, Report& repo
   const double way = tick_ * static_cast<double>(ticks);
   const double most = options_.max_speed * to_seconds(time - time_) + tick_;
   time_ = time, counter_ = counter;
-  if (most >= tick_ * static_cast<double>((high_ - low_ + 1) / 2))
+  if (most >= 0.5 * tick_ * static_cast<double>(high_ - low_ + 1))
     return skip("encoder: a pause in which the counter may have run over unseen");
   if (std::abs(way) > most) return skip("encoder: a jump beyond the greatest speed");
   total_ += ticks;
