@@ -8,16 +8,14 @@
 #include <optional>
 #include <vector>
 
+#include "majak/core/chi_square.hpp"
 #include "majak/core/estimate.hpp"
 #include "majak/eval/trajectory.hpp"
 
 namespace majak::eval {
 
-/// P(X <= x) for X chi-square with `dof` degrees of freedom; dof > 0, x >= 0.
-double chi_square_cdf(double x, double dof);
-
-/// The x with chi_square_cdf(x, dof) = p; p in (0, 1), to about 1e-12 relative.
-double chi_square_quantile(double p, double dof);
+using majak::chi_square_cdf;
+using majak::chi_square_quantile;
 
 /// e' P^-1 e of one pose, e in the map's axes as the covariance is; nullopt if P is not positive
 /// definite (the pose that fixes the map, say).
