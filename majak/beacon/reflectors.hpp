@@ -23,9 +23,9 @@ struct ReflectorOptions {
   double threshold = 0;       ///< raw units of Scan::intensities; 0: from the scan itself
   double contrast = 4;        ///< times as bright as others at that range, if from the scan itself
   double diameter = 0.1;      ///< m, of a round reflector; 0: a flat one
-  double largest_gap = 0.1;   ///< m between neighbouring beams of one reflector, beyond its size
+  double largest_gap = 0.3;   ///< m between neighbouring beams of one bright thing
   double range_sigma = 0.02;  ///< m, of the range to the centre
-  double bearing_sigma = 0.15;  ///< of an angle step, beside half the width of the last beam
+  double bearing_sigma = 0.25;  ///< of an angle step, of the bearing of the centre
   double gate = 13.8;           ///< squared Mahalanobis distance, 2 dof; 99.9 %
   double same_distance =
       0.15;  ///< m, by which a distance of two reflectors may differ from the map
