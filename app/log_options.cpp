@@ -23,6 +23,8 @@ void add_log_options(CLI::App& command, io::SourceOptions& options) {
           },
           "where the laser stands on the robot: x y (m) and degrees, instead of what is said")
       ->expected(3);
+  command.add_option("--gps", options.gps,
+                     "another log whose satellite fixes belong to this one: NMEA sentences, say");
 }
 
 }  // namespace majak::app

@@ -9,9 +9,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "majak/core/error.hpp"
+#include "majak/io/beacon_map.hpp"
 #include "majak/io/carmen_writer.hpp"
 #include "majak/io/options_file.hpp"
 #include "majak/sim/buildings.hpp"
@@ -28,6 +30,7 @@ struct SimulateOptions {
   std::string world = "building";
   std::string output;
   std::string drive = "differential";
+  std::string reflectors;
   double cell = 0;  // m, of a plan
   double noise = 1;
   std::vector<std::string> set;
@@ -52,6 +55,7 @@ constexpr const char* kHelp =
     "  majak simulate ring -o ring.log --seed 7     a corridor that closes on itself\n"
     "  majak simulate plan.txt --drive ackermann    your own plan: '#' wall, '.' floor, '>' start\n"
     "  majak simulate floor.png --cell 0.02         a picture, dark is wall, 2 cm a pixel\n"
+    "  majak simulate --reflectors r.txt            with reflectors, and how bright each echo is\n"
     "  majak simulate --lag 0.1 --wrong-direction   a log as bad as some old ones\n"
     "\n"
     "The log is in CARMEN's format, the true poses are its TRUEPOS lines. Equal options and seed "
@@ -116,7 +120,13 @@ void run_simulate(SimulateOptions& o) {
   sim::describe(fields, o.simulation);
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
   if (o.noise != 1) sim::scale_noise(o.simulation, o.noise);
-  const sim::World world(find_scene(o));
+  sim::Scene scene = find_scene(o);
+  if (!o.reflectors.empty()) {
+    for (const beacon::Beacon& b : io::read_beacon_map(o.reflectors).beacons)
+      scene.discs.push_back(sim::reflector(b.p_map));
+    o.simulation.intensities = true;
+  }
+  const sim::World world(std::move(scene));
   if (o.output.empty()) o.output = fs::path(o.world).stem().string() + ".log";
   const sim::Path path = sim::plan_tour(world, o.tour);
   sim::Simulator simulator(world, path, o.simulation);
@@ -162,6 +172,9 @@ void add_simulate(CLI::App& app) {
       ->add_option("--cell", o->cell,
                    "m a character (default 0.5) or pixel (default 0.05) of a plan")
       ->check(CLI::PositiveNumber.description(""));
+  command->add_option("--reflectors", o->reflectors,
+                      "a file of lines `number x y [name]`: round reflectors of 10 cm, and scans "
+                      "with intensities");
   command->add_option("--people", o->simulation.people, "who walk along the same ways")
       ->check(CLI::Range(0, 1000).description(""))
       ->capture_default_str();

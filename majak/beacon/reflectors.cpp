@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kSlack = 0.05;     // m
 constexpr double kSpread = 0.012;   // rad, of a laser's beam
-constexpr std::size_t kAlike = 20;  // beams to each side, by range, that a beam is compared with
+constexpr std::size_t kAlike = 30;  // beams to each side, by range, that a beam is compared with
 
 /// The beams with a return and an intensity.
 std::vector<std::size_t> lit_beams(const Scan& scan) {
@@ -21,7 +21,8 @@ std::vector<std::size_t> lit_beams(const Scan& scan) {
   return beams;
 }
 
-/// What is bright: as the option says, or many times as bright as most others at about that range.
+/// What is bright: as the option says, or many times as bright as three quarters of the others at
+/// about that range (a wall seen head-on is bright among walls seen at a grazing angle).
 /// Range by range, because an echo weakens with it by a law that differs from device to device.
 std::vector<bool> bright_beams(const Scan& scan, const ReflectorOptions& o) {
   std::vector<bool> bright(scan.ranges.size(), false);
@@ -39,9 +40,9 @@ std::vector<bool> bright_beams(const Scan& scan, const ReflectorOptions& o) {
     const std::size_t to = from + window;
     alike.clear();
     for (std::size_t j = from; j < to; ++j) alike.push_back(scan.intensities[order[j]]);
-    const auto middle = alike.begin() + static_cast<std::ptrdiff_t>(alike.size() / 2);
-    std::nth_element(alike.begin(), middle, alike.end());
-    bright[order[k]] = scan.intensities[order[k]] > o.contrast * std::max(*middle, 0.0F);
+    const auto most_of_them = alike.begin() + static_cast<std::ptrdiff_t>(3 * alike.size() / 4);
+    std::nth_element(alike.begin(), most_of_them, alike.end());
+    bright[order[k]] = scan.intensities[order[k]] > o.contrast * std::max(*most_of_them, 0.0F);
   }
   return bright;
 }
@@ -52,7 +53,7 @@ Vec2 point(const Scan& scan, std::size_t beam) {
 }
 
 /// The centre of a reflector that beams first ... last see. Each beam gives the distance of the
-/// centre by the law of cosines: R^2 = r^2 + d^2 - 2 r d cos(offset); (9).
+/// centre by the law of cosines: R^2 = r^2 + d^2 - 2 r d cos(offset) (MATH 6.11).
 BeaconSighting centre_of(const Scan& scan, std::size_t first, std::size_t last,
                          const ReflectorOptions& o) {
   const double radius = o.diameter / 2;
@@ -68,7 +69,7 @@ BeaconSighting centre_of(const Scan& scan, std::size_t first, std::size_t last,
   s.range = sum / static_cast<double>(last - first + 1);
   s.bearing = wrap_angle(bearing);
   s.range_sigma = o.range_sigma;
-  s.bearing_sigma = o.bearing_sigma * std::abs(scan.angle_step);
+  s.bearing_sigma = std::hypot(o.bearing_sigma * scan.angle_step, o.aside_sigma / *s.range);
   s.T_robot_sensor = scan.T_robot_laser;
   return s;
 }
@@ -86,10 +87,11 @@ std::vector<BeaconSighting> find_reflectors(const Scan& scan, const ReflectorOpt
            (point(scan, last + 1) - point(scan, last)).norm() <= o.largest_gap) {
       ++last;
     }
-    // What is wider than a reflector is something else that shines.
+    // What is wider than a reflector is something else that shines; what the scan ends in may be.
     const double width = (point(scan, last) - point(scan, first)).norm();
     const double most = o.diameter + kSlack + scan.ranges[first] * (kSpread + 2 * scan.angle_step);
-    if (width <= most) found.push_back(centre_of(scan, first, last, o));
+    const bool whole = first > 0 && last + 1 < bright.size();
+    if (whole && width <= most) found.push_back(centre_of(scan, first, last, o));
     first = last;
   }
   return found;

@@ -26,6 +26,7 @@ struct ReflectorOptions {
   double largest_gap = 0.3;   ///< m between neighbouring beams of one bright thing
   double range_sigma = 0.02;  ///< m, of the range to the centre
   double bearing_sigma = 0.25;  ///< of an angle step, of the bearing of the centre
+  double aside_sigma = 0.01;    ///< m, of the centre across the beam: motion between two beams
   double gate = 13.8;           ///< squared Mahalanobis distance, 2 dof; 99.9 %
   double same_distance =
       0.15;  ///< m, by which a distance of two reflectors may differ from the map

@@ -33,7 +33,7 @@ Intersection intersect(const Circle& a, const Circle& b, double tolerance) {
     result.points[0] = result.points[1] = a.centre + 0.5 * (on_a + on_b) * u;
     return result;
   }
-  // (2), the half chord by Heron's product, which does not cancel near a touch.
+  // (MATH 6.3), the half chord by Heron's product, which does not cancel near a touch.
   const double along = 0.5 * (d + difference * (sum / d));
   const double half =
       0.5 * std::sqrt((sum + d) * (sum - d) * (d + difference) * (d - difference)) / d;
@@ -74,7 +74,7 @@ struct Starts {
   std::array<Vec2, 2> points{};
 };
 
-/// (3): the circles' equations less their mean are linear. Across beacons in (nearly) one line they
+/// (MATH 6.4, 6.5): the circles' equations less their mean are linear. Across beacons in (nearly) one line they
 /// say nothing; there the mean itself gives the distance from the line, on either side.
 Starts closed_form(const RangeModel& model, Mask used) {
   constexpr double kFlat = 0.1;  // width of the layout over its length

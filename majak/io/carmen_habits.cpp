@@ -227,8 +227,7 @@ bool CarmenHabits::complete_fix(GpsFix& fix, const CarmenRecord& record, std::in
     report.count(kRmcRepeats, line);
     return false;
   }
-  if (!frame_) frame_.emplace(record.latitude, record.longitude, record.altitude);
-  const Vec2 p = frame_->east_north(record.latitude, record.longitude, record.altitude);
+  const Vec2 p = frame_.east_north({record.latitude, record.longitude, record.altitude});
   fix.east = p.x();
   fix.north = p.y();
   return true;

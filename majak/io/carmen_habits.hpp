@@ -11,9 +11,9 @@
 #include <optional>
 #include <string_view>
 
+#include "majak/beacon/local_frame.hpp"
 #include "majak/core/report.hpp"
 #include "majak/io/carmen_record.hpp"
-#include "majak/io/local_frame.hpp"
 #include "majak/io/no_return.hpp"
 
 namespace majak::io {
@@ -67,7 +67,7 @@ class CarmenHabits {
   bool use_logger_time_ = false;
   bool velocity_seen_ = false, velocity_missing_ = false;
   bool gga_seen_ = false;
-  std::optional<LocalFrame> frame_;
+  beacon::FirstFixFrame frame_;
   std::array<std::optional<Time>, kLasers + 3> last_stamp_;
 };
 

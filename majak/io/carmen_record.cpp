@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "majak/beacon/nmea.hpp"
 #include "majak/io/number.hpp"
 
 namespace majak::io {
@@ -198,9 +199,9 @@ bool read_degrees(Fields& f, char negative, double most, double& angle) {
   double dm = 0;
   if (!f.number(dm)) return false;
   const std::string_view side = f.word();
-  const double whole = std::floor(dm / 100.0);
-  angle = whole + (dm - 100.0 * whole) / 60.0;
-  if (!(angle >= 0 && angle <= most) || side.empty()) return false;
+  const auto degrees = beacon::degrees_of_dm(dm);
+  if (!degrees || *degrees > most || side.empty()) return false;
+  angle = *degrees;
   if (side[0] == negative) angle = -angle;
   return true;
 }
@@ -218,6 +219,7 @@ Problem read_gga(Fields& f, bool cut_off, CarmenRecord& record) {
   record.altitude = std::isfinite(altitude) ? altitude : 0;
   for (int i = 0; i < 3; ++i) f.word();  // geo_sea_level geo_sep data_age
   GpsFix fix;
+  fix.sigma = beacon::fix_sigma(static_cast<int>(std::clamp(quality, 0.0, 9.0)), hdop);
   const Problem problem = read_trailer(f, cut_off, record, fix.time);
   record.fix = CarmenFix::gga;
   record.event = fix;

@@ -104,9 +104,12 @@ void RosSource::add_fix(const Message& message) {
   const bool sound = m.status >= 0 && std::abs(m.latitude) <= 90 && std::abs(m.longitude) <= 360;
   if (!sound) return report_.count(kNoFix, records_);
   const double altitude = std::isfinite(m.altitude) ? m.altitude : 0;
-  if (!plane_) plane_.emplace(m.latitude, m.longitude, altitude);
-  const Vec2 p = plane_->east_north(m.latitude, m.longitude, altitude);
-  add_stamped(GpsFix{.time = m.header.stamp, .east = p.x(), .north = p.y()}, message.time);
+  const Vec2 p = frame_of_fixes_.east_north({m.latitude, m.longitude, altitude});
+  // Row by row, in east, north, up; type 0 says that nothing is known of it.
+  const double variance = m.covariance_type == 0 ? 0 : 0.5 * (m.covariance[0] + m.covariance[4]);
+  const double sigma = variance > 0 && std::isfinite(variance) ? std::sqrt(variance) : 0;
+  add_stamped(GpsFix{.time = m.header.stamp, .east = p.x(), .north = p.y(), .sigma = sigma},
+              message.time);
 }
 
 /// tf as it goes; where there is no message of its own for it, the odometry is in there.

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "majak/io/local_frame.hpp"
+#include "majak/beacon/local_frame.hpp"
 #include "majak/io/ros_log.hpp"
 #include "majak/io/ros_scan.hpp"
 #include "majak/io/ros_survey.hpp"
@@ -46,7 +46,7 @@ class RosSource final : public Source {
   std::optional<Pose2> T_robot_laser_;  ///< as the user says
   std::unique_ptr<MessageLog> log_;
   FrameTree frames_;
-  std::optional<LocalFrame> plane_;
+  beacon::FirstFixFrame frame_of_fixes_;
   StampOrder order_;
   std::int64_t records_ = 0;
   std::optional<Time> last_stamp_[3];  ///< scans, odometry, fixes

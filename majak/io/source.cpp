@@ -8,6 +8,8 @@
 #include "majak/core/error.hpp"
 #include "majak/io/byte_stream.hpp"
 #include "majak/io/carmen_reader.hpp"
+#include "majak/io/gps_beside.hpp"
+#include "majak/io/nmea_log.hpp"
 #include "majak/io/player_log.hpp"
 #include "majak/io/ros_source.hpp"
 #include "majak/io/victoria_park.hpp"
@@ -45,7 +47,8 @@ std::string read_head(ByteStream& bytes) {
   if (head.empty()) throw Error(name + ": the file is empty");
   throw Error(
       name +
-      ": no log that majak knows; looked for a ROS bag, an MCAP file, a Player log and the "
+      ": no log that majak knows; looked for a ROS bag, an MCAP file, a Player log, NMEA sentences "
+      "and the "
       "messages "
       "of a CARMEN log (FLASER, ROBOTLASER1, RAWLASER1, ODOM, PARAM ...), plain, gzip or bzip2");
 }
@@ -73,15 +76,18 @@ std::unique_ptr<Source> open_folder(const std::filesystem::path& path,
       "Park files LASER.txt (or LASER.txt.gz) and DRS.txt, GPS.txt, Sensors_manager.txt");
 }
 
-}  // namespace
-
-std::unique_ptr<Source> open_log(const std::filesystem::path& path, const SourceOptions& options) {
+std::unique_ptr<Source> open_one(const std::filesystem::path& path, const SourceOptions& options) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) return open_folder(path, options);
   auto [bytes, packing] = open_bytes(path);
   std::string head = read_head(*bytes);
   if (auto source = open_ros(path, head, options)) return source;
   if (!looks_like_carmen(head)) {
+    if (looks_like_nmea(head)) {
+      expect_no_options(path, options);
+      return std::make_unique<NmeaLog>(prepend(std::move(head), std::move(bytes)),
+                                       std::string("NMEA log") + packing_suffix(packing));
+    }
     if (!looks_like_player(head)) refuse(path.string(), head, bytes->report());
     return std::make_unique<PlayerLog>(prepend(std::move(head), std::move(bytes)),
                                        std::string("Player log") + packing_suffix(packing),
@@ -90,6 +96,14 @@ std::unique_ptr<Source> open_log(const std::filesystem::path& path, const Source
   expect_no_options(path, options);
   return std::make_unique<CarmenReader>(prepend(std::move(head), std::move(bytes)),
                                         std::string("CARMEN log") + packing_suffix(packing));
+}
+
+}  // namespace
+
+std::unique_ptr<Source> open_log(const std::filesystem::path& path, const SourceOptions& options) {
+  auto log = open_one(path, options);
+  if (options.gps.empty()) return log;
+  return std::make_unique<GpsBeside>(std::move(log), open_one(options.gps, {}));
 }
 
 }  // namespace majak::io

@@ -28,11 +28,12 @@ class Source {
   virtual const std::string& format() const = 0;
 };
 
-/// What to believe instead of what a ROS recording or a Player log says.
+/// What to believe instead of what a log says, or beside it.
 struct SourceOptions {
   std::string topic;                     ///< of the laser, where a ROS recording has more than one
   double angle_step = 0;                 ///< degrees between beams; 0: as stated
   std::optional<Pose2> T_robot_laser{};  ///< where the laser stands on the robot; absent: as stated
+  std::filesystem::path gps{};           ///< another log whose fixes belong to this one, by time
 };
 
 /// Throws Error when angle_step is no such step.
@@ -40,8 +41,8 @@ void check_angle_step(const SourceOptions& options);
 
 /// Opens a log; its format is found by what is inside, never by its name: a CARMEN log (plain, gzip
 /// or bzip2), a Victoria Park folder, a ROS 1 bag, an MCAP file, a ROS 2 bag (SQLite file or
-/// folder), a Player log. Throws majak::Error, one line that names the file, when it cannot be read
-/// or is none of these, or when an option is given that means nothing to it.
+/// folder), a Player log, NMEA sentences. Throws majak::Error, one line that names the file, when
+/// it cannot be read or is none of these, or when an option is given that means nothing to it.
 std::unique_ptr<Source> open_log(const std::filesystem::path& path,
                                  const SourceOptions& options = {});
 

@@ -72,6 +72,12 @@ double reach(const RangeNoiseOptions& options, double reflectivity, double incid
   return std::min(options.max_range, options.range_at_10_percent * std::sqrt(sent_back / 0.10));
 }
 
+double echo_strength(const RangeNoiseOptions& options, const Echo& echo) {
+  const double sent_back = std::max(0.0, echo.reflectivity * std::cos(echo.incidence)) / 0.10;
+  const double near = options.range_at_10_percent / echo.range;
+  return sent_back * near * near;
+}
+
 double half_beam_angle(double range) {
   const double diameter = kLms291.spot_at_window + kLms291.divergence * range;
   return std::atan2(diameter / 2, range);

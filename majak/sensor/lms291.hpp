@@ -82,19 +82,23 @@ void describe(OptionFields& fields, RangeNoiseOptions& options);
 /// Every error switched off: the range is the true distance, whatever the target.
 RangeNoiseOptions perfect_range();
 
-/// How far the laser sees a target: the echo weakens with the square of the range, so the reach
-/// grows with the root of what the target sends back. Incidence 0 is head-on.
-double reach(const RangeNoiseOptions& options, double reflectivity, double incidence);
-
-/// Half the angle under which the beam's spot is seen from the laser, at this range.
-double half_beam_angle(double range);
-
 /// One patch that the beam's spot falls on.
 struct Echo {
   double range = 0;
   double incidence = 0;
-  double reflectivity = 0.5;
+  double reflectivity = 0.5;  ///< 0.1 black card ... 0.8 white paper ... 20 a reflector
 };
+
+/// How far the laser sees a target: the echo weakens with the square of the range, so the reach
+/// grows with the root of what the target sends back. Incidence 0 is head-on.
+double reach(const RangeNoiseOptions& options, double reflectivity, double incidence);
+
+/// The echo of a target that fills the spot, 1 where it is just seen: what it sends back weakens
+/// with the square of the range, and grows with reflectivity and head-on incidence.
+double echo_strength(const RangeNoiseOptions& options, const Echo& echo);
+
+/// Half the angle under which the beam's spot is seen from the laser, at this range.
+double half_beam_angle(double range);
 
 /// The errors of one device in one run.
 class RangeNoise {

@@ -18,7 +18,9 @@ constexpr Duration kMicrosecond = 1000;
 constexpr double kPersonRadius = 0.22;  // m
 constexpr double kPolite = 0.6;         // m; a person that near to the robot has stepped aside
 constexpr double kEdge = 0.05;          // m; a smaller step between beams is no edge
-constexpr int kPatches = 5;             // of a beam's spot
+constexpr double kOnePlace = 0.25;      // m; patches that near to each other send one echo
+constexpr double kFlicker = 0.05;       // one sigma of an echo's strength, as a share of it
+constexpr double kStrongest = 65535;    // 16 bits
 constexpr Duration kBurstSpacing = kSecond / 1000;
 
 void require(bool good, const char* what) {
@@ -39,6 +41,7 @@ void describe(OptionFields& fields, SimulationOptions& o) {
   fields.add("simulate.tell_mounting", o.tell_mounting, {"", "false: the log says zero"});
   fields.add("simulate.odometry_lag", o.odometry_lag, {"s", "odometry behind the laser", -1, 1});
   fields.add("simulate.stamp_bursts", o.stamp_bursts, {"1", "share of scans: bursts", 0, 1});
+  fields.add("simulate.intensities", o.intensities, {"", "scans carry the strength of echoes"});
   fields.add("simulate.people", o.people, {"", "who walk along the same ways", 0, 1000});
   describe(fields, o.laser);
   describe(fields, o.robot);
@@ -75,6 +78,9 @@ Simulator::Simulator(const World& world, const Path& path, const SimulationOptio
   const double turns = std::round(sensor::kLms291.mirror_rate / options.scan_rate);
   const double least = variant_.turns();
   period_ = static_cast<Duration>(std::max(least, turns)) * sensor::kMirrorTurn;
+  for (const Disc& disc : world.scene().discs) {
+    if (disc.reflectivity > kShining) reflectors_.push_back(disc);
+  }
   const double way = length(path_);
   for (int i = 0; i < options.people; ++i) {
     RandomStream r(static_cast<std::uint64_t>(options.seed), kWalker,
@@ -166,32 +172,68 @@ Scan Simulator::make_scan(std::int64_t scan, Time stamp) const {
     return hits[i].object != hits[j].object && !(std::abs(hits[i].range - hits[j].range) < kEdge);
   };
   out.ranges.resize(beams);
+  if (options_.intensities) out.intensities.resize(beams);
   for (int i = 0; i < beams; ++i) {
     const bool at_an_edge = (i > 0 && edge(i, i - 1)) || (i + 1 < beams && edge(i, i + 1));
     const Pose2 T_world_beam{poses[i].x, poses[i].y, poses[i].theta + out.angle(i)};
-    out.ranges[i] = measure(scan, i, T_world_beam, hits[i], at_an_edge, people);
+    const bool mixed = at_an_edge || touches_reflector(T_world_beam);
+    const Reading reading = measure(scan, i, T_world_beam, hits[i], mixed, people);
+    out.ranges[i] = reading.range;
+    if (options_.intensities) out.intensities[i] = reading.intensity;
   }
   return out;
 }
 
-float Simulator::measure(std::int64_t scan, int beam, const Pose2& T_world_beam, const Hit& hit,
-                         bool at_an_edge, const std::vector<Disc>& people) const {
+Simulator::Reading Simulator::measure(std::int64_t scan, int beam, const Pose2& T_world_beam,
+                                      const Hit& hit, bool mixed,
+                                      const std::vector<Disc>& people) const {
   RandomStream random(static_cast<std::uint64_t>(options_.seed),
                       kBeam + static_cast<std::uint64_t>(scan), static_cast<std::uint64_t>(beam));
+  std::array<sensor::Echo, kPatches> echoes;
   const double width = options_.laser.beam_width;
-  if (!at_an_edge || width == 0) {
-    return noise_.simulate_range(hit.range, hit.incidence, hit.reflectivity, random);
+  if (!mixed || width == 0) {
+    echoes.fill({hit.range, hit.incidence, hit.reflectivity});
+    const float range = noise_.simulate_range(hit.range, hit.incidence, hit.reflectivity, random);
+    return {range, intensity(range, echoes, random)};
   }
   const double range = std::isfinite(hit.range) ? hit.range : options_.laser.max_range;
   const double half = width * sensor::half_beam_angle(range);
-  std::array<sensor::Echo, kPatches> echoes;
   for (int k = 0; k < kPatches; ++k) {
     const double aside = half * (2.0 * k / (kPatches - 1) - 1.0);
     const Hit h = world_.cast(T_world_beam.translation(), T_world_beam.theta + aside,
                               options_.laser.max_range, people);
     echoes[k] = {h.range, h.incidence, h.reflectivity};
   }
-  return noise_.simulate_range(echoes.data(), echoes.size(), random);
+  // A reflector outshines whatever else is in the spot.
+  const auto others = std::stable_partition(
+      echoes.begin(), echoes.end(), [](const auto& e) { return e.reflectivity > kShining; });
+  const auto shining = static_cast<std::size_t>(others - echoes.begin());
+  const float measured =
+      noise_.simulate_range(echoes.data(), shining > 0 ? shining : echoes.size(), random);
+  return {measured, intensity(measured, echoes, random)};
+}
+
+/// What the patches at the measured range send back, together.
+float Simulator::intensity(float range, const std::array<sensor::Echo, kPatches>& echoes,
+                           RandomStream& random) const {
+  if (!options_.intensities || !std::isfinite(range)) return 0;
+  double sum = 0;
+  for (const sensor::Echo& e : echoes) {
+    if (std::abs(e.range - range) < kOnePlace) sum += sensor::echo_strength(options_.laser, e);
+  }
+  const double strength = sum / kPatches * (1 + kFlicker * random.normal());
+  return static_cast<float>(std::round(std::clamp(strength, 0.0, kStrongest)));
+}
+
+/// Does the beam's spot fall on a reflector, be it between two beams?
+bool Simulator::touches_reflector(const Pose2& T_world_beam) const {
+  return std::any_of(reflectors_.begin(), reflectors_.end(), [&](const Disc& disc) {
+    const Vec2 way = disc.centre - T_world_beam.translation();
+    const double distance = way.norm();
+    const double half = std::asin(std::min(1.0, disc.radius / distance)) +
+                        options_.laser.beam_width * sensor::half_beam_angle(distance);
+    return std::abs(angle_diff(std::atan2(way.y(), way.x()), T_world_beam.theta)) < half;
+  });
 }
 
 /// To and fro along the path, each on a line of their own.

@@ -3,6 +3,7 @@
 // a log would have them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -33,6 +34,7 @@ struct SimulationOptions {
   double odometry_lag = 0;    ///< s; odometry stamped t shows where the robot was at t - lag
   double stamp_bursts = 0;    ///< share of scans with which a burst begins: several are kept back
                               ///< and stamped together when they arrive
+  bool intensities = false;   ///< scans carry the strength of each echo
   int people = 0;             ///< who walk along the same ways
 };
 void describe(OptionFields& fields, SimulationOptions& options);
@@ -59,8 +61,13 @@ class Simulator {
   Duration scan_period() const { return period_; }
 
  private:
+  static constexpr int kPatches = 5;  ///< of a beam's spot
+
   struct Walker {
     double begin = 0, speed = 0, aside = 0;  ///< m along the path, m/s, m to its left
+  };
+  struct Reading {
+    float range, intensity;
   };
   void produce();
   void put(Time arrival, Event event);
@@ -69,8 +76,11 @@ class Simulator {
   Time arrival_of_scan(std::int64_t scan);
   Scan make_scan(std::int64_t scan, Time stamp) const;
   std::vector<Disc> people_at(Duration time, const Vec2& robot) const;
-  float measure(std::int64_t scan, int beam, const Pose2& T_world_laser, const Hit& hit,
-                bool at_an_edge, const std::vector<Disc>& people) const;
+  Reading measure(std::int64_t scan, int beam, const Pose2& T_world_beam, const Hit& hit,
+                  bool mixed, const std::vector<Disc>& people) const;
+  float intensity(float range, const std::array<sensor::Echo, kPatches>& echoes,
+                  RandomStream& random) const;
+  bool touches_reflector(const Pose2& T_world_beam) const;
 
   const World& world_;
   std::vector<Vec2> path_;
@@ -80,6 +90,7 @@ class Simulator {
   RobotRun run_;
   Pose2 T_robot_laser_;
   std::vector<Walker> walkers_;
+  std::vector<Disc> reflectors_;  ///< those of the world
   Duration period_ = 0;
   std::int64_t next_scan_ = 0, next_odometry_ = 0;
   std::int64_t burst_end_ = -1;  ///< scans before this one arrive together with it

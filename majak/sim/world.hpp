@@ -23,6 +23,12 @@ struct Disc {
   double reflectivity = 0.4;
 };
 
+/// A round reflector: it sends back to the laser many times what white paper does.
+inline constexpr double kShining = 5;  ///< reflectivity from which on a thing is a reflector
+inline Disc reflector(const Vec2& centre, double diameter = 0.1) {
+  return {centre, diameter / 2, 20};
+}
+
 /// What a ray met.
 struct Hit {
   double range = 0;      ///< m; infinite where nothing was met
