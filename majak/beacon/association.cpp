@@ -70,8 +70,8 @@ Vec2 place(const BeaconSighting& s) {
   return s.T_robot_sensor * Vec2(*s.range * std::cos(*s.bearing), *s.range * std::sin(*s.bearing));
 }
 
-/// The pose that brings points of the robot onto points of the map best (MATH 6.13); Arun, Huang and
-/// Blostein 1987 in the plane.
+/// The pose that brings points of the robot onto points of the map best (MATH 6.13); Arun, Huang
+/// and Blostein 1987 in the plane.
 Pose2 align(std::span<const Vec2> robot, std::span<const Vec2> map) {
   Vec2 robot_mean = Vec2::Zero(), map_mean = Vec2::Zero();
   const auto n = static_cast<double>(robot.size());

@@ -175,25 +175,35 @@ Agreed<Model::kDimension> refine(const Model& model, const Vector<Model::kDimens
   return best;
 }
 
-/// The solution of minimal sets on which the most measurements agree (RANSAC; Fischler and Bolles
-/// 1981; each better one refined: LO-RANSAC, Chum and others 2003). `used` is empty where there is
-/// none with one measurement more than the unknowns need and with more than half of all.
+/// Of the starts that `for_each_start(body)` hands to body(x), what the most measurements agree on:
+/// a start that is better than those before it is refined (LO-RANSAC, Chum and others 2003).
+template <class Model, class ForEachStart>
+Agreed<Model::kDimension> best_agreement(const Model& model, double gate,
+                                         const ForEachStart& for_each_start) {
+  Agreed<Model::kDimension> best;
+  double best_start = std::numeric_limits<double>::infinity();
+  for_each_start([&](const Vector<Model::kDimension>& x) {
+    const double cost = truncated_cost(model, x, gate);
+    if (!(cost < best_start)) return;
+    best_start = cost;
+    const Agreed<Model::kDimension> refined = refine(model, x, gate);
+    if (refined.cost < best.cost) best = refined;
+  });
+  return best;
+}
+
+/// The same over minimal sets (RANSAC; Fischler and Bolles 1981). `used` is empty where there are
+/// not one measurement more than the unknowns need and more than half of all.
 template <class Model>
 Agreed<Model::kDimension> consensus(const Model& model, const FixOptions& options) {
-  constexpr int kN = Model::kDimension;
-  Agreed<kN> best;
-  double best_start = std::numeric_limits<double>::infinity();
-  for_minimal_sets<Model::kMinimal>(model.count(), options.most_sets, [&](const auto& set) {
-    std::array<Vector<kN>, 2> candidates;
-    const int n = model.solve_minimal(set, candidates);
-    for (int i = 0; i < n; ++i) {
-      const double cost = truncated_cost(model, candidates[i], options.gate);
-      if (!(cost < best_start)) continue;
-      best_start = cost;
-      const Agreed<kN> refined = refine(model, candidates[i], options.gate);
-      if (refined.cost < best.cost) best = refined;
-    }
-  });
+  const auto for_each_start = [&](const auto& body) {
+    for_minimal_sets<Model::kMinimal>(model.count(), options.most_sets, [&](const auto& set) {
+      std::array<Vector<Model::kDimension>, 2> candidates;
+      const int n = model.solve_minimal(set, candidates);
+      for (int i = 0; i < n; ++i) body(candidates[i]);
+    });
+  };
+  Agreed<Model::kDimension> best = best_agreement(model, options.gate, for_each_start);
   const int used = std::popcount(best.used);
   if (used <= Model::kMinimal || 2 * used <= model.count()) best.used = 0;
   return best;
@@ -201,8 +211,8 @@ Agreed<Model::kDimension> consensus(const Model& model, const FixOptions& option
 
 /// Does the covariance hold? Two sigmas from x along the longest axis of the position's ellipse, to
 /// both sides: how far, in sigmas, the residuals lie from the straight line that the covariance
-/// takes them for (MATH 6.2; Bates and Watts 1980). Infinite where there is no covariance. The position is
-/// the first two unknowns.
+/// takes them for (MATH 6.2; Bates and Watts 1980). Infinite where there is no covariance. The
+/// position is the first two unknowns.
 template <class Model>
 double nonlinearity(const Model& model, Mask used, const Fitted<Model::kDimension>& fit) {
   constexpr int kN = Model::kDimension;

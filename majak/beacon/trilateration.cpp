@@ -74,8 +74,9 @@ struct Starts {
   std::array<Vec2, 2> points{};
 };
 
-/// (MATH 6.4, 6.5): the circles' equations less their mean are linear. Across beacons in (nearly) one line they
-/// say nothing; there the mean itself gives the distance from the line, on either side.
+/// (MATH 6.4, 6.5): the circles' equations less their mean are linear. Across beacons in (nearly)
+/// one line they say nothing; there the mean itself gives the distance from the line, on either
+/// side.
 Starts closed_form(const RangeModel& model, Mask used) {
   constexpr double kFlat = 0.1;  // width of the layout over its length
   Vec2 centre = Vec2::Zero();
