@@ -17,3 +17,13 @@ refused "$majak" simulate no_such_world -o d.log
 [ ! -e d.log ] || fail "a log of no world"
 ok "$majak" info a.log --json
 non_empty out
+# Reflectors shine in the log; a map of them that is none is refused, with the line.
+printf '1 4 0.1\n2 9 2.0 door\n' >r.txt
+ok "$majak" simulate ring --short --reflectors r.txt -o r.log
+grep -q '^ROBOTLASER1 ' r.log || fail "no remissions in the log"
+ok "$majak" info r.log
+grep -q intensities out || fail "info says nothing of intensities: $(cat out)"
+printf '1 4 0.1\n1 9 2\n' >twice.txt
+refused "$majak" simulate ring --reflectors twice.txt -o twice.log
+grep -q 'twice.txt:2:' err || fail "the error does not name the line: $(cat err)"
+[ ! -e twice.log ] || fail "a log of no reflectors"

@@ -166,6 +166,19 @@ TEST(RangeNoise, SystematicErrorIsBoundedSlowAndFixedInARun) {
   EXPECT_EQ(RangeNoise(only_statistical(), RandomStream(1)).systematic_error(5), 0);
 }
 
+TEST(EchoStrength, IsOneWhereATargetIsJustSeen) {
+  const RangeNoiseOptions o;
+  for (const double reflectivity : {0.02, 0.1, 0.3}) {
+    for (const double incidence : {0.0, 0.5, 1.2}) {
+      const double far = reach(o, reflectivity, incidence);
+      EXPECT_NEAR(echo_strength(o, {far, incidence, reflectivity}), 1, 1e-12);
+      EXPECT_NEAR(echo_strength(o, {far / 3, incidence, reflectivity}), 9, 1e-12);
+    }
+  }
+  EXPECT_NEAR(echo_strength(o, {5, 0, 20}) / echo_strength(o, {5, 0, 0.5}), 40, 1e-12);
+  EXPECT_EQ(echo_strength(o, {std::numeric_limits<double>::infinity(), 0, 0.5}), 0);
+}
+
 TEST(RangeNoise, ReachFollowsReflectivityAndIncidence) {
   const RangeNoiseOptions o;
   EXPECT_NEAR(reach(o, 0.10, 0), 30, 1e-9);  // black card

@@ -283,6 +283,50 @@ TEST_F(SimulatorTest, NonsenseIsAnError) {
   refuses([](SimulationOptions& o) { o.start_time = std::nan(""); });
 }
 
+TEST_F(SimulatorTest, IntensitiesLeaveTheRangesAlone) {
+  SimulationOptions o;
+  const auto plain = all<Scan>(simulate(world(), path(), o));
+  o.intensities = true;
+  const auto bright = all<Scan>(simulate(world(), path(), o));
+  ASSERT_EQ(plain.size(), bright.size());
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    EXPECT_EQ(plain[i].ranges, bright[i].ranges);
+    EXPECT_TRUE(plain[i].intensities.empty());
+    ASSERT_EQ(bright[i].intensities.size(), bright[i].ranges.size());
+    for (std::size_t k = 0; k < bright[i].ranges.size(); ++k) {
+      EXPECT_EQ(bright[i].intensities[k] > 0, std::isfinite(bright[i].ranges[k]));
+    }
+  }
+}
+
+TEST_F(SimulatorTest, AReflectorIsSeenBetweenTwoBeamsAndOutshinesTheWall) {
+  Scene scene;
+  scene.segments = {{{-20, -20}, {20, -20}},
+                    {{20, -20}, {20, 20}},
+                    {{20, 20}, {-20, 20}},
+                    {{-20, 20}, {-20, -20}}};
+  scene.start = {-5, 0, 0};
+  // 5 cm wide at 12 m: a quarter of a degree, half a degree off every beam.
+  const double angle = radians(0.5);
+  scene.discs = {reflector({-5 + 12 * std::cos(angle), 12 * std::sin(angle)}, 0.05)};
+  const World room(scene);
+  SimulationOptions o;
+  o.mounting_x = 0;
+  o.intensities = true;
+  o.laser.statistical_error = o.laser.systematic_error = o.laser.no_return = 0;
+  Path way;
+  for (int i = 0; i <= 20; ++i) way.points.push_back({-5 + kPathStep * i, 0});
+  const Scan first = all<Scan>(simulate(room, way, o)).at(0);
+  float brightest = 0;
+  std::size_t at = 0;
+  for (std::size_t k = 0; k < first.ranges.size(); ++k) {
+    if (first.intensities[k] > brightest) brightest = first.intensities[k], at = k;
+  }
+  EXPECT_NEAR(first.angle(at), angle, radians(0.6));
+  EXPECT_NEAR(first.ranges[at], 11.98, 0.02);
+  EXPECT_GT(brightest, 5 * first.intensities[at - 3]);
+}
+
 TEST_F(SimulatorTest, OptionsDescribeThemselves) {
   SimulationOptions o;
   OptionFields fields;
