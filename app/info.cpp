@@ -194,7 +194,7 @@ void run(const InfoOptions& options) {
   const auto source = io::open_log(options.log, options.source);
   LogSummary summary;
   while (const auto event = source->next()) summary.add(*event);
-  if (summary.scans() == 0) {
+  if (summary.scans() == 0 && summary.gps.count == 0) {
     std::string why;
     for (const auto& [what, entry] : source->report().entries()) {
       why = fmt::format("; {} {} (first: line {})", entry.count, what, entry.first_line);

@@ -23,14 +23,12 @@ struct Band {
   Colour colour;
   const char* words;
 };
-const std::array<Band, 6> kBands{{{0.1, {26, 92, 140}, "to 0.1 m"},
-                                  {0.15, {64, 145, 180}, "to 0.15 m"},
-                                  {0.25, {150, 200, 190}, "to 0.25 m"},
-                                  {0.5, {250, 225, 150}, "to 0.5 m"},
-                                  {1.0, {240, 160, 80}, "to 1 m"},
-                                  {HUGE_VAL, {190, 50, 40}, "worse, or no ellipse holds"}}};
-
-Point at(const Vec2& p) { return {p.x(), p.y()}; }
+const std::array<Band, 6> kBands{{{0.02, {20, 80, 130}, "up to 2 cm"},
+                                  {0.03, {60, 135, 175}, "up to 3 cm"},
+                                  {0.05, {135, 190, 190}, "up to 5 cm"},
+                                  {0.1, {215, 225, 175}, "up to 10 cm"},
+                                  {HUGE_VAL, {250, 205, 110}, "more than 10 cm"},
+                                  {HUGE_VAL, {185, 45, 40}, "reported: no ellipse holds"}}};
 
 std::array<beacon::BearingTo, 3> bearings_at(const Pose2& pose) {
   std::array<beacon::BearingTo, 3> out;

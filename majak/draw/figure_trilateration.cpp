@@ -22,10 +22,10 @@ std::vector<Mark> circles(std::size_t n) {
   std::vector<Mark> marks;
   for (std::size_t i = 0; i < n; ++i) {
     const double r = (kRobot - kBeacons[i]).norm();
-    marks.push_back(circle(at(kBeacons[i]), r, {kInks[i], 2}));
-    const Vec2 rim = kBeacons[i] + r * Vec2(-0.8, i == 2 ? 0.6 : -0.6);
-    marks.push_back(Polyline{{at(kBeacons[i]), at(rim)}, {kInks[i], 1.2, 5}});
-    marks.push_back(Dots{{at(kBeacons[i])}, 5, kInks[i]});
+    marks.push_back(circle(point(kBeacons[i]), r, {kInks[i], 2}));
+    const Vec2 rim = kBeacons[i] + r * Vec2(i == 1 ? 0.8 : -0.8, i == 2 ? 0.6 : -0.6);
+    marks.push_back(Polyline{{point(kBeacons[i]), point(rim)}, {kInks[i], 1.2, 5}});
+    marks.push_back(Dots{{point(kBeacons[i])}, 5, kInks[i]});
     const std::string number = std::to_string(i + 1);
     marks.push_back(Label{at(kBeacons[i]), "B" + number, 8, 8, Anchor::start, 16, kInks[i]});
     const Vec2 middle = 0.5 * (kBeacons[i] + rim);

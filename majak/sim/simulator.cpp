@@ -18,7 +18,7 @@ constexpr Duration kMicrosecond = 1000;
 constexpr double kPersonRadius = 0.22;  // m
 constexpr double kPolite = 0.6;         // m; a person that near to the robot has stepped aside
 constexpr double kEdge = 0.05;          // m; a smaller step between beams is no edge
-constexpr double kOnePlace = 0.25;      // m; patches that near to each other send one echo
+constexpr double kOnePlace = 1.0;       // m; patches that near to each other send one echo
 constexpr double kFlicker = 0.05;       // one sigma of an echo's strength, as a share of it
 constexpr double kStrongest = 65535;    // 16 bits
 constexpr Duration kBurstSpacing = kSecond / 1000;
@@ -222,7 +222,7 @@ float Simulator::intensity(float range, const std::array<sensor::Echo, kPatches>
     if (std::abs(e.range - range) < kOnePlace) sum += sensor::echo_strength(options_.laser, e);
   }
   const double strength = sum / kPatches * (1 + kFlicker * random.normal());
-  return static_cast<float>(std::round(std::clamp(strength, 0.0, kStrongest)));
+  return static_cast<float>(std::round(std::clamp(strength, 1.0, kStrongest)));
 }
 
 /// Does the beam's spot fall on a reflector, be it between two beams?
