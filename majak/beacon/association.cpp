@@ -175,6 +175,7 @@ std::vector<BeaconSighting> associate(std::span<const BeaconSighting> found, con
     pairs = within_gate(whole, map, *prior, o.gate);
   } else {
     std::vector<Vec2> robot;
+    robot.reserve(whole.size());
     for (const BeaconSighting& s : whole) robot.push_back(place(s));
     pairs = by_distances(robot, map, o.same_distance);
   }
