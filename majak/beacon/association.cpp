@@ -19,7 +19,7 @@ struct Pair {
   std::size_t sighting = 0, beacon = 0;
 };
 
-/// Squared Mahalanobis distance of what is seen from what this beacon would look like (MATH 6.12).
+/// Squared Mahalanobis distance of what is seen from what this beacon would look like (MATH 7.12).
 double mahalanobis(const BeaconSighting& s, const Vec2& beacon, const PosePrior& prior) {
   const Pose2 T_map_sensor = prior.T_map_robot * s.T_robot_sensor;
   const Vec2 way = beacon - T_map_sensor.translation();
@@ -70,7 +70,7 @@ Vec2 place(const BeaconSighting& s) {
   return s.T_robot_sensor * Vec2(*s.range * std::cos(*s.bearing), *s.range * std::sin(*s.bearing));
 }
 
-/// The pose that brings points of the robot onto points of the map best (MATH 6.13); Arun, Huang
+/// The pose that brings points of the robot onto points of the map best (MATH 7.13); Arun, Huang
 /// and Blostein 1987 in the plane.
 Pose2 align(std::span<const Vec2> robot, std::span<const Vec2> map) {
   Vec2 robot_mean = Vec2::Zero(), map_mean = Vec2::Zero();

@@ -27,7 +27,7 @@ using Square = Eigen::Matrix<double, N, N>;
 constexpr Mask all_of(int count) { return count >= 64 ? ~Mask{0} : (Mask{1} << count) - 1; }
 constexpr bool holds(Mask mask, int i) { return (mask >> i & 1) != 0; }
 
-/// Normal equations H dx = -g at x (MATH 6.1).
+/// Normal equations H dx = -g at x (MATH 7.1).
 template <int N>
 struct Normal {
   Square<N> H = Square<N>::Zero();
@@ -211,7 +211,7 @@ Agreed<Model::kDimension> consensus(const Model& model, const FixOptions& option
 
 /// Does the covariance hold? Two sigmas from x along the longest axis of the position's ellipse, to
 /// both sides: how far, in sigmas, the residuals lie from the straight line that the covariance
-/// takes them for (MATH 6.2; Bates and Watts 1980). Infinite where there is no covariance. The
+/// takes them for (MATH 7.2; Bates and Watts 1980). Infinite where there is no covariance. The
 /// position is the first two unknowns.
 template <class Model>
 double nonlinearity(const Model& model, Mask used, const Fitted<Model::kDimension>& fit) {

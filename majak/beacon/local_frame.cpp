@@ -51,7 +51,7 @@ LocalFrame::LocalFrame(const Geodetic& origin)
 
 Vec2 LocalFrame::east_north(const Geodetic& place) const {
   const Vec3 d = earth_centred(place) - origin_;
-  // (MATH 6.14)
+  // (MATH 7.14)
   return {-sin_lon_ * d.x() + cos_lon_ * d.y(),
           -sin_lat_ * (cos_lon_ * d.x() + sin_lon_ * d.y()) + cos_lat_ * d.z()};
 }

@@ -59,7 +59,7 @@ struct PseudorangeModel {
   }
 
   /// Bancroft, "An algebraic solution of the GPS equations", IEEE Transactions on Aerospace and
-  /// Electronic Systems 21, 1985 (MATH 6.9). Roots with a negative distance are left out.
+  /// Electronic Systems 21, 1985 (MATH 7.9). Roots with a negative distance are left out.
   Roots<D> bancroft(Mask used) const {
     const auto [centre, size] = origin(used);
     Vector<D + 1> metric = Vector<D + 1>::Ones();

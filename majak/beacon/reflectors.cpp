@@ -53,7 +53,7 @@ Vec2 point(const Scan& scan, std::size_t beam) {
 }
 
 /// The centre of a reflector that beams first ... last see. Each beam gives the distance of the
-/// centre by the law of cosines: R^2 = r^2 + d^2 - 2 r d cos(offset) (MATH 6.11).
+/// centre by the law of cosines: R^2 = r^2 + d^2 - 2 r d cos(offset) (MATH 7.11).
 BeaconSighting centre_of(const Scan& scan, std::size_t first, std::size_t last,
                          const ReflectorOptions& o) {
   const double radius = o.diameter / 2;

@@ -38,7 +38,7 @@ struct SightingModel {
     return mask;
   }
 
-  /// (MATH 6.12); of what is absent zero.
+  /// (MATH 7.12); of what is absent zero.
   double linearize(int k, const Vec3& x, Vec3& row) const {
     const Seen& m = seen[k / 2];
     row.setZero();
@@ -62,7 +62,7 @@ struct SightingModel {
   }
 };
 
-/// The pose that two sightings with range and bearing state; (MATH 6.13) for two points.
+/// The pose that two sightings with range and bearing state; (MATH 7.13) for two points.
 Vec3 pose_by_two(const Seen& a, const Seen& b) {
   const auto place = [](const Seen& m) {
     const double r = *m.sighting.range, angle = *m.sighting.bearing;

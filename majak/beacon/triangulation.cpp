@@ -41,7 +41,7 @@ struct BearingModel {
   /// Three circles, one through each pair of beacons and the sensor, meet in the sensor: the power
   /// centre (Pierlot and Van Droogenbroeck, "A new three object triangulation algorithm for mobile
   /// robot positioning", IEEE Transactions on Robotics 30, 2014). Here with sines and cosines for
-  /// their cotangents, so that no bearing needs a case of its own (MATH 6.7).
+  /// their cotangents, so that no bearing needs a case of its own (MATH 7.7).
   int solve_minimal(const std::array<int, 3>& set, std::array<Vec3, 2>& out) const {
     const BearingTo &m1 = bearings[set[0]], &m2 = bearings[set[1]], &m3 = bearings[set[2]];
     const Vec2 to1 = m1.p_map - m2.p_map, to3 = m3.p_map - m2.p_map;

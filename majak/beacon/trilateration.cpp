@@ -33,7 +33,7 @@ Intersection intersect(const Circle& a, const Circle& b, double tolerance) {
     result.points[0] = result.points[1] = a.centre + 0.5 * (on_a + on_b) * u;
     return result;
   }
-  // (MATH 6.3), the half chord by Heron's product, which does not cancel near a touch.
+  // (MATH 7.3), the half chord by Heron's product, which does not cancel near a touch.
   const double along = 0.5 * (d + difference * (sum / d));
   const double half =
       0.5 * std::sqrt((sum + d) * (sum - d) * (d + difference) * (d - difference)) / d;
@@ -62,7 +62,10 @@ struct RangeModel {
 
   int solve_minimal(const std::array<int, 2>& set, std::array<Vec2, 2>& out) const {
     const RangeTo &a = ranges[set[0]], &b = ranges[set[1]];
-    const auto met = intersect({a.p_map, a.range}, {b.p_map, b.range}, gate * (a.sigma + b.sigma));
+    // Noise may keep two circles apart that touch; it takes no intersection away.
+    const Circle first{a.p_map, a.range}, second{b.p_map, b.range};
+    auto met = intersect(first, second);
+    if (met.count == 0) met = intersect(first, second, gate * (a.sigma + b.sigma));
     out = met.points;
     return met.count;
   }
@@ -74,7 +77,7 @@ struct Starts {
   std::array<Vec2, 2> points{};
 };
 
-/// (MATH 6.4, 6.5): the circles' equations less their mean are linear. Across beacons in (nearly)
+/// (MATH 7.4, 7.5): the circles' equations less their mean are linear. Across beacons in (nearly)
 /// one line they say nothing; there the mean itself gives the distance from the line, on either
 /// side.
 Starts closed_form(const RangeModel& model, Mask used) {

@@ -6,18 +6,19 @@
 #include <vector>
 
 #include "majak/beacon/triangulation.hpp"
+#include "majak/draw/sketch.hpp"
 #include "majak/draw/thesis_figures.hpp"
 
 namespace majak::draw {
 namespace {
 
-constexpr double kSigma = 0.5;  // degrees
+constexpr double kSigma = 0.1;  // degrees
 constexpr double kField = 20, kCell = 0.25;
 const Pose2 kRobot{11, 7, 0.5};
 const std::array<Vec2, 3> kBeacons = {Vec2(4, 4), Vec2(17, 6), Vec2(9, 15)};
 const std::array<Colour, 3> kInks = {ink::blue, ink::green, ink::orange};
 
-/// Steps of the map: up to so many metres, and what is worse.
+/// Steps of the map: up to so many metres; the last is where no ellipse holds.
 struct Band {
   double most;
   Colour colour;
@@ -46,7 +47,7 @@ Ellipse circle_through(const Vec2& a, const Vec2& b, const Vec2& c, Pen pen) {
   const Vec2 centre = Vec2(v.y() * u.squaredNorm() - u.y() * v.squaredNorm(),
                            u.x() * v.squaredNorm() - v.x() * u.squaredNorm()) /
                       d;
-  return circle(at(a + centre), centre.norm(), pen);
+  return circle(point(a + centre), centre.norm(), pen);
 }
 
 std::size_t band_at(const Vec2& p) {
@@ -68,8 +69,7 @@ void add_field(std::vector<Mark>& marks) {
       for (to = from + 1; to < n && band_at({(to + 0.5) * kCell, y + kCell / 2}) == band;) ++to;
       const double x0 = from * kCell, x1 = to * kCell, y1 = y + kCell;
       const Colour& colour = kBands[band].colour;
-      marks.push_back(
-          Polyline{{{x0, y}, {x1, y}, {x1, y1}, {x0, y1}}, {colour, 0.4}, true, colour});
+      marks.push_back(Polyline{{{x0, y}, {x1, y}, {x1, y1}, {x0, y1}}, {colour, 1}, true, colour});
     }
   }
 }
@@ -77,56 +77,54 @@ void add_field(std::vector<Mark>& marks) {
 void add_beacons(std::vector<Mark>& marks, bool coloured) {
   for (std::size_t i = 0; i < 3; ++i) {
     const Colour colour = coloured ? kInks[i] : ink::black;
-    marks.push_back(Dots{{at(kBeacons[i])}, 5.5, colour});
+    marks.push_back(Dots{{point(kBeacons[i])}, 5.5, colour});
     marks.push_back(
-        Label{at(kBeacons[i]), "B" + std::to_string(i + 1), 8, 8, Anchor::start, 16, colour});
+        Label{point(kBeacons[i]), "B" + std::to_string(i + 1), 8, 8, Anchor::start, 16, colour});
   }
 }
 
 Panel directions(const Box& place) {
   Panel panel{.place = place, .title = "three bearings, three circles, one place"};
-  panel.x = {"x (m)", 0, kField};
-  panel.y = {"y (m)", 0, kField};
+  panel.x = {"x (m)", -2, 22};
+  panel.y = {"y (m)", -5, 19};
   const Vec2 robot = kRobot.translation();
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t next = (i + 1) % 3;
     panel.marks.push_back(circle_through(robot, kBeacons[i], kBeacons[next], {ink::grey, 1.3, 5}));
-    panel.marks.push_back(Polyline{{at(robot), at(kBeacons[i])}, {kInks[i], 2}});
+    panel.marks.push_back(Polyline{{point(robot), point(kBeacons[i])}, {kInks[i], 2}});
   }
   add_beacons(panel.marks, true);
   const auto fix = beacon::triangulate(bearings_at(kRobot));
   const Vec2 found = fix.T_map_sensor.translation();
   const Vec2 ahead = fix.T_map_sensor * Vec2(3, 0);
-  panel.marks.push_back(
-      covariance_ellipse(found, fix.covariance.topLeftCorner<2, 2>(), {ink::red, 1.8}));
-  panel.marks.push_back(Arrow{at(found), at(ahead), {ink::red, 2.4}});
-  panel.marks.push_back(Dots{{at(found)}, 4, ink::red});
-  panel.legend = {{"directions measured", Pen{ink::green, 2}},
-                  {"sees two beacons under the same angle", Pen{ink::grey, 1.3, 5}},
-                  {"heading, and 95 % ellipse", Pen{ink::red, 2.4}}};
-  panel.legend_at = Corner::bottom_left;
+  panel.marks.push_back(Arrow{point(found), point(ahead), {ink::red, 2.4}});
+  panel.marks.push_back(Dots{{point(found)}, 4, ink::red});
+  panel.legend = {{"direction measured", Pen{ink::blue, 2}},
+                  {"sees two beacons under one angle", Pen{ink::grey, 1.3, 5}},
+                  {"heading", Pen{ink::red, 2.4}}};
   return panel;
 }
 
 Panel field(const Box& place) {
-  Panel panel{.place = place, .title = "error of position by 0.5 degrees of bearing"};
-  panel.x = {"x (m)", 0, kField};
+  Panel panel{.place = place, .title = "error of position by 0.1 degrees of bearing"};
+  panel.x = {"x (m)", 0, kField + 10.5};  // room for the legend
   panel.y = {"y (m)", 0, kField};
   add_field(panel.marks);
   panel.marks.push_back(circle_through(kBeacons[0], kBeacons[1], kBeacons[2], {ink::black, 2, 6}));
   add_beacons(panel.marks, false);
   for (const Band& band : kBands) panel.legend.push_back({band.words, {}, band.colour});
   panel.legend.push_back({"danger circle", Pen{ink::black, 2, 6}});
+  panel.legend_at = Corner::top_right;
   return panel;
 }
 
 }  // namespace
 
 Figure figure_triangulation(const std::vector<Event>&) {
-  Figure figure{.width = 1150, .height = 620, .title = "Triangulation by three beacons"};
+  Figure figure{.width = 1320, .height = 600, .title = "Triangulation by three beacons"};
   const Box whole = figure.whole();
-  figure.panels = {directions({0, whole.top, 575, whole.height}),
-                   field({575, whole.top, 575, whole.height})};
+  figure.panels = {directions({0, whole.top, 540, whole.height}),
+                   field({540, whole.top, 780, whole.height})};
   return figure;
 }
 

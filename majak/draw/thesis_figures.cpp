@@ -12,10 +12,17 @@ namespace {
 const ThesisFigure kFigures[] = {
     {2, "Ackermann: all wheels turn about one point on the line of the fixed axle", false,
      figure_ackermann},
-    {6, "Trilateration: two circles meet in two places; a third decides", false,
+    {3, "differential drive: straight, arc, spin", false, figure_differential},
+    {4, "omnidirectional drive: three wheels, and a motion that no other can make", false,
+     figure_omnidirectional},
+    {5, "dead reckoning: its ellipses along a path, and robots that drove it", true,
+     figure_dead_reckoning},
+    {6, "trilateration: two circles meet in two places; a third decides", false,
      figure_trilateration},
-    {7, "Triangulation, and its error over the plane with the danger circle", false,
+    {7, "triangulation, and its error over the plane with the danger circle", false,
      figure_triangulation},
+    {13, "odometry of a mis-measured robot: true and believed trajectory, error by distance", true,
+     figure_drift},
 };
 
 }  // namespace

@@ -105,6 +105,19 @@ TEST(TwoRanges, LeaveTwoPlacesAndThePriorDecides) {
   }
 }
 
+TEST(TwoRanges, ThatAreRoughStillMeetTwice) {
+  // The circles overlap by 0.6 m, less than the gate's 3.3 sigmas of both: no touch all the same.
+  const Vec2 truth(4, 1.5);
+  const auto open = trilaterate(exact({{0, 0}, {8, 0}}, truth, 0.2));
+  ASSERT_TRUE(open.mirror);
+  EXPECT_NEAR((*open.mirror - open.p_map).norm(), 3, 1e-9);
+  // Kept apart by noise: the place between, and a word.
+  const std::vector<RangeTo> gap = {{{0, 0}, 3.9, 0.05}, {{8, 0}, 4, 0.05}};
+  const auto touching = trilaterate(gap);
+  EXPECT_EQ(touching.problem, FixProblem::ill_conditioned);
+  EXPECT_NEAR((touching.p_map - Vec2(3.95, 0)).norm(), 0, 1e-9);
+}
+
 TEST(TwoRanges, CovarianceIsThatOfTheTwoDirections) {
   // At a right angle each range says one axis.
   const std::vector<RangeTo> ranges = {{{-5, 0}, 5, 0.1}, {{0, -5}, 5, 0.2}};

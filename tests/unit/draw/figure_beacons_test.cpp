@@ -49,7 +49,7 @@ TEST(FigureTriangulation, TheDangerCircleIsRed) {
     }
     return -1;
   };
-  const int worst = 190 * 65536 + 50 * 256 + 40;
+  const int worst = 185 * 65536 + 45 * 256 + 40;
   int on_circle = 0, red = 0;
   for (double t = 0; t < 2 * kPi; t += 0.05) {
     const int colour = colour_at(circle.centre.x + circle.rx * std::cos(t),

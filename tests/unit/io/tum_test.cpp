@@ -49,7 +49,7 @@ TEST(TumText, WritesALineForEveryScanInTheirOrder) {
             "0.000004 1000000.000000 0.000000 0 0 0 1.000000000 0.000000000\n");
 }
 
-TEST(TumText, OfNoScansIsEmpty) { EXPECT_EQ(tum_text({}), ""); }
+TEST(TumText, OfNoScansIsEmpty) { EXPECT_EQ(tum_text(Site{}), ""); }
 
 TEST(TumText, KeepsTheHeadingToABillionth) {
   for (double theta = -3.14; theta < 3.14; theta += 0.0321) {
