@@ -104,7 +104,8 @@ std::optional<Event> ColaSource::scan_of(const sensor::ColaDelivery& delivery) {
 
 const Report& ColaSource::report() const {
   all_ = own_;
-  for (const auto& [what, entry] : session_.report().entries()) all_.add(what, entry);
+  const Report said = session_.report();  // by value: it must outlive the loop
+  for (const auto& [what, entry] : said.entries()) all_.add(what, entry);
   if (skipped_ > 0) all_.add("scans that the device sent and that did not arrive", {skipped_, 0});
   return all_;
 }
