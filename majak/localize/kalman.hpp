@@ -15,6 +15,8 @@
 #include <optional>
 #include <vector>
 
+#include "majak/beacon/beacon_map.hpp"
+#include "majak/beacon/reflectors.hpp"
 #include "majak/core/event.hpp"
 #include "majak/core/options.hpp"
 #include "majak/filter/pose_filter.hpp"
@@ -45,6 +47,8 @@ struct KalmanOptions {
   double antenna_sigma = 2;      ///< m, its place on the robot, ahead and to the side
   GpsPiecesOptions pieces;
 
+  beacon::ReflectorOptions reflectors;
+
   double gate = 9;          ///< NIS beyond which a measurement is believed less
   double find_heading = 8;  ///< m driven between fixes before the heading is taken from them
   int rounds = 12;          ///< of smoothing, at most
@@ -53,7 +57,9 @@ void describe(OptionFields& fields, KalmanOptions& options);
 
 class Kalman {
  public:
-  explicit Kalman(const KalmanOptions& options);
+  /// `start`: T_map_robot at the first event; found by itself where there are fixes or beacons.
+  explicit Kalman(const KalmanOptions& options, const Pose2& start = {},
+                  const beacon::BeaconMap& beacons = {});
 
   /// The next event, in the log's order. An estimate for every scan, fix and sighting, or for
   /// the wheels' own records where there is no scan.
@@ -78,12 +84,21 @@ class Kalman {
     Time time = 0;
     Motion motion;  ///< since the node before
     std::size_t fix = kNone;
-    bool wanted = true;      ///< gives an estimate
-    bool new_piece = false;  ///< the satellites' slow error is drawn anew here
+    std::vector<BeaconSighting> seen;  ///< with the numbers of the map
+    bool wanted = true;                ///< gives an estimate
+    bool new_piece = false;            ///< the satellites' slow error is drawn anew here
     Belief predicted, filtered, smoothed;
   };
 
-  std::optional<Estimate> at_once(Time time, std::size_t fix, bool wanted);
+  /// What makes a node; it may wait for the odometry to come by.
+  struct Measured {
+    Time time;
+    std::size_t fix;
+    bool wanted;
+    std::vector<BeaconSighting> seen;
+  };
+
+  std::optional<Estimate> at_once(Measured measured);
   std::optional<Estimate> take_waiting(Time until);
   void drive(const WheelMotion& wheels);
   std::optional<Estimate> drive(Time time, const Pose2& T_odom_robot);
@@ -91,8 +106,13 @@ class Kalman {
   void roll(const Vec3& twist, const WheelDerivative& twist_by_wheels, double seconds);
   Motion motion_to(const Node& node) const;
   Belief beginning() const;
-  bool find_heading(std::size_t until, double least_way);
+  void move_to(Time time);
+  void recognise(std::vector<BeaconSighting> seen);
+  bool orient(double least_way);
+  bool find_heading(double least_way);
   filter::AbsoluteInput<kExtra, 2> see(const GpsFix& fix, double weight, const State& at) const;
+  void see(const BeaconSighting& sighting, double gate, Belief& belief,
+           std::vector<Innovation>* innovations) const;
   void filter_node(std::size_t k, bool linear, double gate, std::size_t& piece,
                    std::vector<Innovation>* innovations);
   double round();
@@ -105,6 +125,7 @@ class Kalman {
   std::vector<LearntValue> learnt(const Belief& belief) const;
 
   KalmanOptions options_;
+  beacon::BeaconMap beacons_;
   GpsPieces pieces_;
   std::vector<Node> nodes_;
   std::vector<GpsFix> fixes_;
@@ -115,12 +136,7 @@ class Kalman {
   Motion pending_;                    ///< since the newest node
   std::optional<WheelMotion> wheels_;
   std::optional<Odometry> odometry_;
-  struct Waiting {
-    Time time;
-    std::size_t fix;
-    bool wanted;
-  };
-  std::deque<Waiting> waiting_;  ///< for the odometry to come by
+  std::deque<Measured> waiting_;  ///< for the odometry to come by
   double way_ = 0;
   Time clock_ = 0;           ///< up to which the motion is integrated
   std::size_t settled_ = 0;  ///< nodes whose equations are linear at the smoothed path
@@ -130,5 +146,9 @@ class Kalman {
   std::vector<Innovation> innovations_;
   Report report_;
 };
+
+/// The same as the registry wants it.
+Localizer kalman(const KalmanOptions& options, const Pose2& start,
+                 const beacon::BeaconMap& beacons);
 
 }  // namespace majak::localize

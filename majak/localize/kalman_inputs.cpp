@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the Kalman filter is told: by the wheels (relative), by satellites and beacons (absolute).
+#include <algorithm>
+#include <cmath>
+
+#include "majak/localize/kalman.hpp"
+
+namespace majak::localize {
+namespace {
+
+constexpr double kTooNear = 0.05;  // m to a beacon that tells nothing any more
+
+}  // namespace
+
+// ---- Relative information: the wheels --------------------------------------------------------
+
+// One step of the wheels. twist_by_wheels: its derivatives by scale, turn scale, turn offset and
+// the steering's curve.
+void Kalman::roll(const Vec3& twist, const WheelDerivative& twist_by_wheels, double seconds) {
+  const KalmanOptions& o = options_;
+  const double way = twist.head<2>().norm(), turn = std::abs(twist.z());
+  Motion step;
+  step.at = pending_.at;
+  step.T_from_to = exp(twist);
+  step.by_extra.leftCols<4>() = right_jacobian(twist) * twist_by_wheels;
+  step.noise.diagonal() << o.way_noise * o.way_noise * way, o.side_noise * o.side_noise * way,
+      o.turn_noise * o.turn_noise * way + o.spin_noise * o.spin_noise * turn;
+  pending_.then(step);
+  way_ += way;
+  drift(seconds);
+}
+
+// What time alone does to the extra numbers.
+void Kalman::drift(double seconds) {
+  if (seconds <= 0) return;
+  Motion idle;
+  idle.at = pending_.at;
+  const double keep = std::exp(-seconds / options_.gps_memory);
+  const double slow = options_.gps_sigma;
+  idle.keep.tail<2>().setConstant(keep);
+  idle.extra_noise.tail<2>().setConstant(slow * slow * (1 - keep * keep));
+  if (!wheels_ && !odometry_)
+    idle.noise.diagonal().setConstant(options_.idle_noise * options_.idle_noise * seconds);
+  pending_.then(idle);
+}
+
+// Speed and steering hold until the next record.
+void Kalman::drive(const WheelMotion& next) {
+  if (wheels_) {
+    const double seconds = std::max(0.0, to_seconds(next.time - clock_));
+    const double d = wheels_->speed * seconds, t = std::tan(wheels_->steering);
+    const double turn = d * t / options_.wheelbase;
+    const double turn_by_steering = d * (1 + t * t) / options_.wheelbase;
+    WheelDerivative by_wheels = WheelDerivative::Zero();
+    by_wheels(0, kScale) = d;
+    by_wheels(2, kScale) = turn;
+    by_wheels(2, kTurnScale) = turn_by_steering * wheels_->steering;
+    by_wheels(2, kTurnOffset) = d;
+    by_wheels(2, kCurve) = d * std::pow(wheels_->steering, 3) / options_.wheelbase;
+    roll({d, 0, turn}, by_wheels, seconds);
+  }
+  clock_ = begun_ ? std::max(clock_, next.time) : next.time;
+  begun_ = true;
+  wheels_ = next;
+}
+
+// The odometry's own poses: what is measured between two of them waits for the second.
+std::optional<Estimate> Kalman::drive(Time time, const Pose2& T_odom_robot) {
+  std::optional<Estimate> newest;
+  if (odometry_ && time > odometry_->time) {
+    const Vec3 all = log(between(odometry_->T_odom_robot, T_odom_robot));
+    const double whole = to_seconds(time - odometry_->time);
+    const auto go = [&](Time until) {
+      const double part = to_seconds(until - clock_) / whole;
+      const Vec3 u = part * all;
+      WheelDerivative by_wheels = WheelDerivative::Zero();
+      by_wheels.block<2, 1>(0, kScale) = u.head<2>();
+      by_wheels(2, kTurnScale) = u.z();
+      by_wheels(2, kTurnOffset) = u.x();
+      roll(u, by_wheels, part * whole);
+      clock_ = until;
+    };
+    while (!waiting_.empty() && waiting_.front().time <= time) {
+      if (waiting_.front().time > clock_) go(waiting_.front().time);
+      newest = take_waiting(waiting_.front().time);
+    }
+    if (time > clock_) go(time);
+  } else if (!odometry_) {
+    clock_ = time;
+    begun_ = true;
+  }
+  if (!odometry_ || time > odometry_->time) odometry_ = Odometry{time, T_odom_robot, {}, {}};
+  return newest;
+}
+
+// The motion up to a measurement, where the wheels have not told it themselves.
+void Kalman::move_to(Time time) {
+  if (wheels_ && time > clock_) drive(WheelMotion{time, wheels_->speed, wheels_->steering});
+  if (wheels_ || odometry_) return;
+  if (begun_) drift(to_seconds(time - clock_));
+  clock_ = begun_ ? std::max(clock_, time) : time;
+  begun_ = true;
+}
+
+// ---- Absolute information: the satellites ----------------------------------------------------
+
+// z = t + R a + b: the antenna's place, and the slow error of the satellites.
+filter::AbsoluteInput<Kalman::kExtra, 2> Kalman::see(const GpsFix& fix, double weight,
+                                                     const State& at) const {
+  const double c = std::cos(at.T_map_robot.theta), s = std::sin(at.T_map_robot.theta);
+  Eigen::Matrix2d turn;
+  turn << c, -s, s, c;
+  const Vec2 antenna = at.extra.segment<2>(kAntenna), slow = at.extra.segment<2>(kSlow);
+  filter::AbsoluteInput<kExtra, 2> z;
+  z.residual = Vec2(fix.east, fix.north) - (at.T_map_robot * antenna + slow);
+  z.H.setZero();
+  z.H.leftCols<2>() = turn;
+  z.H.col(2) = turn * Vec2(-antenna.y(), antenna.x());
+  z.H.middleCols<2>(3 + kAntenna) = turn;
+  z.H.middleCols<2>(3 + kSlow).setIdentity();
+  const double sigma = fix.sigma > 0 ? fix.sigma : options_.gps_sigma;
+  const double fast = options_.gps_fast_share * sigma;
+  z.noise = Eigen::Matrix2d::Identity() * (fast * fast / weight);
+  return z;
+}
+
+// Range and bearing of a beacon, each by itself: q is the beacon in the robot's axes.
+void Kalman::see(const BeaconSighting& sighting, double gate, Belief& belief,
+                 std::vector<Innovation>* innovations) const {
+  const auto correct = [&](double residual, const Vec2& by_q, double sigma, const Vec2& q) {
+    filter::AbsoluteInput<kExtra, 1> z;
+    z.residual << residual;
+    z.H.setZero();
+    z.H.template leftCols<2>() = -by_q.transpose();
+    z.H(0, 2) = by_q.x() * q.y() - by_q.y() * q.x();
+    z.noise << sigma * sigma;
+    const auto done = belief.correct(z, gate);
+    if (innovations)
+      innovations->push_back({sighting.time, "beacon", done.nis, 1, done.share == 1});
+  };
+  const Vec2 p_map = beacons_.find(sighting.beacon)->p_map;
+  const auto from_sensor = [&](Vec2& q) {  // at the nominal state, which a correction leaves alone
+    q = belief.nominal.T_map_robot.inverse() * p_map;
+    return Vec2(q - sighting.T_robot_sensor.translation());
+  };
+  Vec2 q;
+  const Vec2 way = from_sensor(q);
+  const double range = way.norm();
+  if (range < kTooNear) return;
+  if (sighting.range) correct(*sighting.range - range, way / range, sighting.range_sigma, q);
+  if (sighting.bearing) {
+    const double bearing = std::atan2(way.y(), way.x()) - sighting.T_robot_sensor.theta;
+    correct(angle_diff(*sighting.bearing, bearing), Vec2(-way.y(), way.x()) / (range * range),
+            sighting.bearing_sigma, q);
+  }
+}
+
+Kalman::Motion Kalman::motion_to(const Node& node) const {
+  Motion motion = node.motion;
+  if (!node.new_piece) return motion;
+  const double sigma = fixes_[node.fix].sigma > 0 ? fixes_[node.fix].sigma : options_.gps_sigma;
+  motion.keep.tail<2>().setZero();
+  motion.extra_noise.tail<2>().setConstant(sigma * sigma / slow_weight(verdicts_[node.fix].piece));
+  return motion;
+}
+
+}  // namespace majak::localize
