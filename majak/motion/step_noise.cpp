@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/motion/step_noise.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace majak::motion {
+namespace {
+
+constexpr double kLever = 0.2;            // m: a turn on the spot rolls the wheels, too
+constexpr double kLeast = 0.0002;         // m and rad, of any step
+constexpr double kLow = 1e-4, kHigh = 1;  // what a noise may be
+constexpr double kFirstFactor = 2, kLastFactor = 1.05;  // of the search
+
+double squared(double x) { return x * x; }
+
+}  // namespace
+
+Mat3 StepNoise::laser() const {
+  return Vec3(squared(laser_translation), squared(laser_translation), squared(laser_rotation))
+      .asDiagonal();
+}
+
+Mat3 StepNoise::wheels(double way, double turn) const {
+  const double rolled = way + kLever * turn;
+  return Vec3(squared(ahead) * rolled + squared(kLeast), squared(aside) * rolled + squared(kLeast),
+              squared(turn_of_way) * way + squared(turn_of_turn) * turn + squared(kLeast))
+      .asDiagonal();
+}
+
+// Cov(e_i) = Q_i + R + A R A', Cov(e_i, e_(i-1)) = -A R, A = Ad(step^-1); its L D L' by blocks.
+WhitenedSteps::WhitenedSteps(const std::vector<SeenStep>& steps, const StepNoise& noise,
+                             double gate) {
+  const Mat3 R = noise.laser();
+  steps_.resize(steps.size());
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const SeenStep& s = steps[i];
+    Step& w = steps_[i];
+    const Mat3 AR = adjoint(s.wheels.inverse()) * R;
+    w.Q = noise.wheels(s.way, s.turn);
+    w.v = s.error();
+    w.gain.setZero();
+    Mat3 S = w.Q + R + AR * adjoint(s.wheels.inverse()).transpose();
+    if (i > 0) {
+      w.gain = -AR * steps_[i - 1].S_inverse;
+      S += w.gain * AR.transpose();
+      w.v -= w.gain * steps_[i - 1].v;
+    }
+    w.S_inverse = S.inverse();
+    w.log_det = std::log(S.determinant());
+    w.nis = w.v.dot(w.S_inverse * w.v);
+    w.broken = s.broken || w.nis > gate;
+    if (w.broken) w.gain.setZero(), w.S_inverse.setZero();  // as if its noise were without bound
+  }
+}
+
+std::vector<Vec3> WhitenedSteps::wheel_errors() const {
+  std::vector<Vec3> out(steps_.size(), Vec3::Zero());
+  Vec3 after = Vec3::Zero();  // gain' lambda of the step after, lambda = Cov^-1 e
+  for (std::size_t i = steps_.size(); i-- > 0;) {
+    const Step& s = steps_[i];
+    const Vec3 lambda = s.broken ? Vec3(Vec3::Zero()) : Vec3(s.S_inverse * s.v - after);
+    out[i] = s.Q * lambda;
+    after = s.gain.transpose() * lambda;
+  }
+  return out;
+}
+
+double WhitenedSteps::log_likelihood() const {
+  double sum = 0;
+  for (const Step& s : steps_)
+    if (!s.broken) sum -= 0.5 * (s.log_det + s.nis);
+  return sum;
+}
+
+StepNoise learn_noise(const std::vector<SeenStep>& steps, const StepNoise& start) {
+  StepNoise best = start;
+  double likelihood = WhitenedSteps(steps, best).log_likelihood();
+  for (double factor = kFirstFactor; factor > kLastFactor; factor = std::sqrt(factor)) {
+    for (double StepNoise::*value :
+         {&StepNoise::laser_translation, &StepNoise::laser_rotation, &StepNoise::ahead,
+          &StepNoise::aside, &StepNoise::turn_of_way, &StepNoise::turn_of_turn}) {
+      for (const double by : {factor, 1 / factor}) {
+        for (bool better = true; better;) {
+          StepNoise tried = best;
+          tried.*value = std::clamp(tried.*value * by, kLow, kHigh);
+          const double found = WhitenedSteps(steps, tried).log_likelihood();
+          better = found > likelihood;
+          if (better) best = tried, likelihood = found;
+        }
+      }
+    }
+  }
+  return best;
+}
+
+}  // namespace majak::motion
