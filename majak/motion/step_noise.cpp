@@ -15,6 +15,8 @@ constexpr double kLow = 1e-4, kHigh = 1;  // what a noise may be
 constexpr double kFirstFactor = 2, kLastFactor = 1.05;  // of the search
 
 double squared(double x) { return x * x; }
+Mat3 squares(const Vec3& v) { return v.cwiseAbs2().asDiagonal(); }
+Mat3 floor_of_steps() { return Vec3::Constant(squared(kLeast)).asDiagonal(); }
 
 }  // namespace
 
@@ -25,12 +27,13 @@ Mat3 StepNoise::laser() const {
 
 Mat3 StepNoise::wheels(double way, double turn) const {
   const double rolled = way + kLever * turn;
-  return Vec3(squared(ahead) * rolled + squared(kLeast), squared(aside) * rolled + squared(kLeast),
-              squared(turn_of_way) * way + squared(turn_of_turn) * turn + squared(kLeast))
+  return Vec3(squared(ahead) * rolled, squared(aside) * rolled,
+              squared(turn_of_way) * way + squared(turn_of_turn) * turn)
       .asDiagonal();
 }
 
-// Cov(e_i) = Q_i + R + A R A', Cov(e_i, e_(i-1)) = -A R, A = Ad(step^-1); its L D L' by blocks.
+// Cov(e_i) = Q_i + P_i + A P_(i-1) A', Cov(e_i, e_(i-1)) = -A P_(i-1), A = Ad(step^-1), P = R - B of
+// the pose between two steps; its L D L' by blocks.
 WhitenedSteps::WhitenedSteps(const std::vector<SeenStep>& steps, const StepNoise& noise,
                              double gate) {
   const Mat3 R = noise.laser();
@@ -38,11 +41,14 @@ WhitenedSteps::WhitenedSteps(const std::vector<SeenStep>& steps, const StepNoise
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const SeenStep& s = steps[i];
     Step& w = steps_[i];
-    const Mat3 AR = adjoint(s.wheels.inverse()) * R;
-    w.Q = noise.wheels(s.way, s.turn);
+    w.A = adjoint(s.wheels.inverse());
+    w.Q = noise.wheels(s.way, s.turn) + floor_of_steps();
+    w.B_before = noise.wheels(s.split_way_before, s.split_turn_before);
+    w.B_after = noise.wheels(s.split_way_after, s.split_turn_after);
+    const Mat3 AR = w.A * (R + squares(s.doubt_before) - w.B_before);
     w.v = s.error();
     w.gain.setZero();
-    Mat3 S = w.Q + R + AR * adjoint(s.wheels.inverse()).transpose();
+    Mat3 S = w.Q + R + squares(s.doubt_after) - w.B_after + AR * w.A.transpose();
     if (i > 0) {
       w.gain = -AR * steps_[i - 1].S_inverse;
       S += w.gain * AR.transpose();
@@ -57,13 +63,20 @@ WhitenedSteps::WhitenedSteps(const std::vector<SeenStep>& steps, const StepNoise
 }
 
 std::vector<Vec3> WhitenedSteps::wheel_errors() const {
-  std::vector<Vec3> out(steps_.size(), Vec3::Zero());
-  Vec3 after = Vec3::Zero();  // gain' lambda of the step after, lambda = Cov^-1 e
+  std::vector<Vec3> lambda(steps_.size() + 1, Vec3::Zero());  // Cov^-1 e
   for (std::size_t i = steps_.size(); i-- > 0;) {
     const Step& s = steps_[i];
-    const Vec3 lambda = s.broken ? Vec3(Vec3::Zero()) : Vec3(s.S_inverse * s.v - after);
-    out[i] = s.Q * lambda;
-    after = s.gain.transpose() * lambda;
+    if (s.broken) continue;
+    lambda[i] = s.S_inverse * s.v;
+    if (i + 1 < steps_.size()) lambda[i] -= steps_[i + 1].gain.transpose() * lambda[i + 1];
+  }
+  std::vector<Vec3> out(steps_.size(), Vec3::Zero());
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    const Step& s = steps_[i];
+    Vec3 after = lambda[i], before = -s.A.transpose() * lambda[i];
+    if (i + 1 < steps_.size()) after -= steps_[i + 1].A.transpose() * lambda[i + 1];
+    if (i > 0) before += lambda[i - 1];
+    out[i] = s.Q * lambda[i] - s.B_after * after + s.A * s.B_before * before;
   }
   return out;
 }

@@ -18,6 +18,9 @@ struct SeenStep {
   Pose2 laser;          ///< as the laser saw it
   double way = 0;       ///< m rolled during it, either way
   double turn = 0;      ///< rad turned during it, either way
+  /// WheelPath::Point's at its begin and its end.
+  double split_way_before = 0, split_turn_before = 0, split_way_after = 0, split_turn_after = 0;
+  Vec3 doubt_before = Vec3::Zero(), doubt_after = Vec3::Zero();
   bool broken = false;  ///< does not count: wheels and laser saw different things
 
   Vec3 error() const { return log(between(wheels, laser)); }
@@ -60,7 +63,9 @@ class WhitenedSteps {
  private:
   struct Step {
     Vec3 v;
-    Mat3 S_inverse, gain, Q;
+    Mat3 S_inverse, gain;
+    Mat3 Q, A;             ///< of the wheels; Ad(step^-1)
+    Mat3 B_before, B_after;  ///< what interpolation shares out at its ends
     double log_det = 0, nis = 0;
     bool broken = false;
   };

@@ -65,6 +65,11 @@ std::optional<WheelPath::Point> WheelPath::at(Time laser_time) const {
   const Vec3 left = (part - 1) * twists_[i];  // back from the sample after
   point.pose = point.pose * exp(left);
   point.way -= left.head<2>().norm(), point.turn -= std::abs(left.z());
+  const double split = part * (1 - part);
+  point.split_way = split * twists_[i].head<2>().norm();
+  point.split_turn = split * std::abs(twists_[i].z());
+  const Vec3& after = twists_[std::min(i + 1, twists_.size() - 1)];
+  point.doubt = split * (after - twists_[i - 1]).cwiseAbs();
   return point;
 }
 

@@ -35,6 +35,11 @@ class WheelPath {
     double way = 0;   ///< m rolled up to here, either way
     double turn = 0;  ///< rad turned up to here, either way
     int jumps = 0;
+    /// f (1 - f) of the sample's way and turn, f the part of it before `time`: how much less the
+    /// steps to both sides differ, for the sample's noise is shared out by interpolation.
+    double split_way = 0, split_turn = 0;
+    /// How far off the interpolation may be, by the change of speed around the sample.
+    Vec3 doubt = Vec3::Zero();
   };
   /// Nothing outside the samples' times. The lag is the correction's: `time` is the laser's.
   std::optional<Point> at(Time time) const;
