@@ -56,7 +56,7 @@ Run one(int seed, const std::string& w, double tn) {
 int main(int argc, char** argv) {
   int n = argc>1?atoi(argv[1]):4; std::string w = argc>2?argv[2]:"building"; double tn = argc>3?atof(argv[3]):-1;
   std::vector<Run> runs(n);
-  parallel_for({2}, n, [&](std::size_t i){ runs[i]=one(5001+i,w,tn); });
+  parallel_for({2}, n, [&](std::size_t i){ runs[i]=one((getenv("SEED")?atoi(getenv("SEED")):5001)+i,w,tn); });
   double nees=0; std::array<double,9> rms{}, mean{}, sig{};
   const bool quiet=getenv("Q"); for (auto& r: runs) { nees+=r.nees/n;
     if(!quiet) fmt::print("nees {:.2f} nis {:.2f} {}/{} noise {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} |", r.nees,r.nis,r.out,r.steps,r.n.laser_translation,r.n.laser_rotation,r.n.ahead,r.n.aside,r.n.turn_of_way,r.n.turn_of_turn);

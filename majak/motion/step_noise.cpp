@@ -12,17 +12,19 @@ namespace {
 constexpr double kLever = 0.2;            // m: a turn on the spot rolls the wheels, too
 constexpr double kLeast = 0.0002;         // m and rad, of any step
 constexpr double kLow = 1e-4, kHigh = 1;  // what a noise may be
-constexpr double kFirstFactor = 2, kLastFactor = 1.05;  // of the search
+constexpr double kLeastLogDet = -100;
+constexpr double kFirstFactor = 2, kLastFactor = 1.03;  // of the search
 
 double squared(double x) { return x * x; }
-Mat3 squares(const Vec3& v) { return v.cwiseAbs2().asDiagonal(); }
 Mat3 floor_of_steps() { return Vec3::Constant(squared(kLeast)).asDiagonal(); }
 
 }  // namespace
 
-Mat3 StepNoise::laser() const {
-  return Vec3(squared(laser_translation), squared(laser_translation), squared(laser_rotation))
-      .asDiagonal();
+Mat3 StepNoise::pose(const Vec3& velocity, const Vec3& doubt) const {
+  const Vec3 laser(squared(laser_translation), squared(laser_translation), squared(laser_rotation));
+  Mat3 R = squared(jitter) * velocity * velocity.transpose();
+  R.diagonal() += laser + doubt.cwiseAbs2();
+  return R;
 }
 
 Mat3 StepNoise::wheels(double way, double turn) const {
@@ -36,7 +38,6 @@ Mat3 StepNoise::wheels(double way, double turn) const {
 // the pose between two steps; its L D L' by blocks.
 WhitenedSteps::WhitenedSteps(const std::vector<SeenStep>& steps, const StepNoise& noise,
                              double gate) {
-  const Mat3 R = noise.laser();
   steps_.resize(steps.size());
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const SeenStep& s = steps[i];
@@ -45,10 +46,10 @@ WhitenedSteps::WhitenedSteps(const std::vector<SeenStep>& steps, const StepNoise
     w.Q = noise.wheels(s.way, s.turn) + floor_of_steps();
     w.B_before = noise.wheels(s.split_way_before, s.split_turn_before);
     w.B_after = noise.wheels(s.split_way_after, s.split_turn_after);
-    const Mat3 AR = w.A * (R + squares(s.doubt_before) - w.B_before);
+    const Mat3 AR = w.A * (noise.pose(s.velocity_before, s.doubt_before) - w.B_before);
     w.v = s.error();
     w.gain.setZero();
-    Mat3 S = w.Q + R + squares(s.doubt_after) - w.B_after + AR * w.A.transpose();
+    Mat3 S = w.Q + noise.pose(s.velocity_after, s.doubt_after) - w.B_after + AR * w.A.transpose();
     if (i > 0) {
       w.gain = -AR * steps_[i - 1].S_inverse;
       S += w.gain * AR.transpose();
@@ -57,7 +58,8 @@ WhitenedSteps::WhitenedSteps(const std::vector<SeenStep>& steps, const StepNoise
     w.S_inverse = S.inverse();
     w.log_det = std::log(S.determinant());
     w.nis = w.v.dot(w.S_inverse * w.v);
-    w.broken = s.broken || w.nis > gate;
+    // Steps shorter than an odometry record can share so much that nothing of their own is left.
+    w.broken = s.broken || !(w.nis >= 0 && w.nis <= gate && w.log_det > kLeastLogDet);
     if (w.broken) w.gain.setZero(), w.S_inverse.setZero();  // as if its noise were without bound
   }
 }
@@ -94,7 +96,8 @@ StepNoise learn_noise(const std::vector<SeenStep>& steps, const StepNoise& start
   for (double factor = kFirstFactor; factor > kLastFactor; factor = std::sqrt(factor)) {
     for (double StepNoise::*value :
          {&StepNoise::laser_translation, &StepNoise::laser_rotation, &StepNoise::ahead,
-          &StepNoise::aside, &StepNoise::turn_of_way, &StepNoise::turn_of_turn}) {
+          &StepNoise::aside, &StepNoise::turn_of_way, &StepNoise::turn_of_turn,
+          &StepNoise::jitter}) {
       for (const double by : {factor, 1 / factor}) {
         for (bool better = true; better;) {
           StepNoise tried = best;

@@ -21,6 +21,8 @@ struct SeenStep {
   /// WheelPath::Point's at its begin and its end.
   double split_way_before = 0, split_turn_before = 0, split_way_after = 0, split_turn_after = 0;
   Vec3 doubt_before = Vec3::Zero(), doubt_after = Vec3::Zero();
+  /// Of the robot there, per s (or per scan where the stamps tell only the order).
+  Vec3 velocity_before = Vec3::Zero(), velocity_after = Vec3::Zero();
   bool broken = false;  ///< does not count: wheels and laser saw different things
 
   Vec3 error() const { return log(between(wheels, laser)); }
@@ -33,7 +35,10 @@ struct StepNoise {
   double turn_of_way = 0.02;                                 ///< rad per sqrt(m)
   double turn_of_turn = 0.03;                                ///< rad per sqrt(rad)
 
-  Mat3 laser() const;
+  double jitter = 0.002;         ///< s (or scans) between the stamps of a pose by laser and wheels
+
+  /// Of a pose between two steps.
+  Mat3 pose(const Vec3& velocity, const Vec3& doubt) const;
   Mat3 wheels(double way, double turn) const;
 };
 
