@@ -59,7 +59,7 @@ int main(int argc, char** argv) {
   parallel_for({2}, n, [&](std::size_t i){ runs[i]=one((getenv("SEED")?atoi(getenv("SEED")):5001)+i,w,tn); });
   double nees=0; std::array<double,9> rms{}, mean{}, sig{};
   const bool quiet=getenv("Q"); for (auto& r: runs) { nees+=r.nees/n;
-    if(!quiet) fmt::print("nees {:.2f} nis {:.2f} {}/{} noise {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} |", r.nees,r.nis,r.out,r.steps,r.n.laser_translation,r.n.laser_rotation,r.n.ahead,r.n.aside,r.n.turn_of_way,r.n.turn_of_turn);
+    if(!quiet) fmt::print("nees {:.2f} nis {:.2f} {}/{} noise {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} j {:.4f} |", r.nees,r.nis,r.out,r.steps,r.n.laser_translation,r.n.laser_rotation,r.n.ahead,r.n.aside,r.n.turn_of_way,r.n.turn_of_turn,r.n.jitter);
     for(int k=0;k<7;++k) { if(!quiet) fmt::print(" {:.4f}/{:.4f}", r.e[k], r.s[k]); rms[k]+=r.e[k]*r.e[k]/r.s[k]/r.s[k]/n; mean[k]+=r.e[k]/n; sig[k]+=r.s[k]/n; }
     rms[7]+=r.wd*r.wd/r.wds/r.wds/n; mean[7]+=r.wd/n; sig[7]+=r.wds/n; rms[8]+=r.len*r.len/r.lens/r.lens/n; mean[8]+=r.len/n; sig[8]+=r.lens/n;
     if(!quiet) fmt::print("\n"); }

@@ -35,7 +35,7 @@ struct CalibrationOptions {
   bool timed = true;     ///< false: the stamps tell only the order, no lag is sought
   double start_lag = 0;  ///< s, within 0.15 s of the truth
   Pose2 T_robot_laser;   ///< nominal
-  double least_way = 0.03, least_turn = 0.03;  ///< m or rad between the laser poses that are used
+  double least_way = 0.2, least_turn = 0.2;  ///< m or rad between the laser poses that are used
 };
 
 struct Calibration {

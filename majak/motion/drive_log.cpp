@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <cstdlib>
 
 #include "majak/core/error.hpp"
 
@@ -68,8 +67,7 @@ std::vector<Time> scan_times(const Site& site, WheelSource source) {
 std::vector<WheelSample> samples_of(const DriveLog& log, WheelSource source, bool reversed,
                                     double wheelbase) {
   if (source == WheelSource::wheels) return wheel_samples(log.wheels, wheelbase);
-  auto samples =
-      wheel_samples(source == WheelSource::stream ? log.stream : log.records, reversed);
+  auto samples = wheel_samples(source == WheelSource::stream ? log.stream : log.records, reversed);
   if (source == WheelSource::ordered)
     for (std::size_t i = 0; i < samples.size(); ++i)
       samples[i].time = static_cast<Time>(i) * kSecond;
@@ -95,7 +93,6 @@ LogCalibration calibrate_log(const DriveLog& log, const Site& site,
   std::optional<LogCalibration> best;
   for (const WheelSource source : sources) {
     CalibrationOptions o;
-    if (getenv("LEAST")) o.least_way=o.least_turn=atof(getenv("LEAST"));
     o.track = options.track;
     o.wheelbase = source == WheelSource::wheels ? options.wheelbase : 0;
     o.timed = source != WheelSource::ordered;

@@ -12,6 +12,7 @@ namespace {
 constexpr double kLever = 0.2;            // m: a turn on the spot rolls the wheels, too
 constexpr double kLeast = 0.0002;         // m and rad, of any step
 constexpr double kLow = 1e-4, kHigh = 1;  // what a noise may be
+constexpr double kUsualLogSigma = 0.7;
 constexpr double kLeastLogDet = -100;
 constexpr double kFirstFactor = 2, kLastFactor = 1.03;  // of the search
 
@@ -34,8 +35,8 @@ Mat3 StepNoise::wheels(double way, double turn) const {
       .asDiagonal();
 }
 
-// Cov(e_i) = Q_i + P_i + A P_(i-1) A', Cov(e_i, e_(i-1)) = -A P_(i-1), A = Ad(step^-1), P = R - B of
-// the pose between two steps; its L D L' by blocks.
+// Cov(e_i) = Q_i + P_i + A P_(i-1) A', Cov(e_i, e_(i-1)) = -A P_(i-1), A = Ad(step^-1), P = R - B
+// of the pose between two steps; its L D L' by blocks.
 WhitenedSteps::WhitenedSteps(const std::vector<SeenStep>& steps, const StepNoise& noise,
                              double gate) {
   steps_.resize(steps.size());
@@ -90,21 +91,34 @@ double WhitenedSteps::log_likelihood() const {
   return sum;
 }
 
+namespace {
+
+constexpr std::array<double StepNoise::*, 7> kNoises{
+    &StepNoise::laser_translation, &StepNoise::laser_rotation, &StepNoise::ahead, &StepNoise::aside,
+    &StepNoise::turn_of_way,       &StepNoise::turn_of_turn,   &StepNoise::jitter};
+
+// Twice what is usual, or half of it, is no surprise; a few turns alone do not tell their noise.
+double log_posterior(const std::vector<SeenStep>& steps, const StepNoise& noise) {
+  double sum = WhitenedSteps(steps, noise).log_likelihood();
+  for (const auto value : kNoises)
+    sum -= 0.5 * squared(std::log(noise.*value / (StepNoise{}.*value)) / kUsualLogSigma);
+  return sum;
+}
+
+}  // namespace
+
 StepNoise learn_noise(const std::vector<SeenStep>& steps, const StepNoise& start) {
   StepNoise best = start;
-  double likelihood = WhitenedSteps(steps, best).log_likelihood();
+  double posterior = log_posterior(steps, best);
   for (double factor = kFirstFactor; factor > kLastFactor; factor = std::sqrt(factor)) {
-    for (double StepNoise::*value :
-         {&StepNoise::laser_translation, &StepNoise::laser_rotation, &StepNoise::ahead,
-          &StepNoise::aside, &StepNoise::turn_of_way, &StepNoise::turn_of_turn,
-          &StepNoise::jitter}) {
+    for (const auto value : kNoises) {
       for (const double by : {factor, 1 / factor}) {
         for (bool better = true; better;) {
           StepNoise tried = best;
           tried.*value = std::clamp(tried.*value * by, kLow, kHigh);
-          const double found = WhitenedSteps(steps, tried).log_likelihood();
-          better = found > likelihood;
-          if (better) best = tried, likelihood = found;
+          const double found = log_posterior(steps, tried);
+          better = found > posterior;
+          if (better) best = tried, posterior = found;
         }
       }
     }

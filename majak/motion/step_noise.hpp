@@ -14,10 +14,10 @@ namespace majak::motion {
 
 /// A step between two laser poses.
 struct SeenStep {
-  Pose2 wheels;         ///< as the wheels foretell it
-  Pose2 laser;          ///< as the laser saw it
-  double way = 0;       ///< m rolled during it, either way
-  double turn = 0;      ///< rad turned during it, either way
+  Pose2 wheels;     ///< as the wheels foretell it
+  Pose2 laser;      ///< as the laser saw it
+  double way = 0;   ///< m rolled during it, either way
+  double turn = 0;  ///< rad turned during it, either way
   /// WheelPath::Point's at its begin and its end.
   double split_way_before = 0, split_turn_before = 0, split_way_after = 0, split_turn_after = 0;
   Vec3 doubt_before = Vec3::Zero(), doubt_after = Vec3::Zero();
@@ -28,14 +28,15 @@ struct SeenStep {
   Vec3 error() const { return log(between(wheels, laser)); }
 };
 
+/// The defaults are what is usual.
 struct StepNoise {
-  double laser_translation = 0.005, laser_rotation = 0.003;  ///< m, rad of a pose, each axis
-  double ahead = 0.01;                                       ///< m per sqrt(m) rolled
-  double aside = 0.005;                                      ///< m per sqrt(m)
-  double turn_of_way = 0.02;                                 ///< rad per sqrt(m)
-  double turn_of_turn = 0.03;                                ///< rad per sqrt(rad)
+  double laser_translation = 0.003, laser_rotation = 0.0015;  ///< m, rad of a pose, each axis
+  double ahead = 0.01;                                        ///< m per sqrt(m) rolled
+  double aside = 0.005;                                       ///< m per sqrt(m)
+  double turn_of_way = 0.01;                                  ///< rad per sqrt(m)
+  double turn_of_turn = 0.01;                                 ///< rad per sqrt(rad)
 
-  double jitter = 0.002;         ///< s (or scans) between the stamps of a pose by laser and wheels
+  double jitter = 0.003;  ///< s (or scans) between the stamps of a pose by laser and wheels
 
   /// Of a pose between two steps.
   Mat3 pose(const Vec3& velocity, const Vec3& doubt) const;
@@ -69,7 +70,7 @@ class WhitenedSteps {
   struct Step {
     Vec3 v;
     Mat3 S_inverse, gain;
-    Mat3 Q, A;             ///< of the wheels; Ad(step^-1)
+    Mat3 Q, A;               ///< of the wheels; Ad(step^-1)
     Mat3 B_before, B_after;  ///< what interpolation shares out at its ends
     double log_det = 0, nis = 0;
     bool broken = false;
