@@ -6,6 +6,7 @@
 #include <sstream>
 #include <string>
 
+#include "app/calibrate.hpp"
 #include "app/convert.hpp"
 #include "app/emulate.hpp"
 #include "app/evaluate.hpp"
@@ -37,6 +38,7 @@ class FirstLines : public CLI::Formatter {
 void add_commands(CLI::App& app) {
   add_map(app);
   add_localize(app);
+  add_calibrate(app);
   add_info(app);
   add_record(app);
   add_convert(app);

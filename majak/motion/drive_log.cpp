@@ -102,6 +102,9 @@ LogCalibration calibrate_log(const DriveLog& log, const Site& site,
                                    samples_of(log, source, reversed, options.wheelbase), o),
                          source};
     found.calibration.correction.reversed = reversed;
+    // Odometry in the scans' own records cannot be moved in time.
+    if (source != WheelSource::wheels && log.stream.size() < kLeastRecords)
+      found.calibration.correction.lag = 0;
     if (!best || fit_of(found.calibration) > fit_of(best->calibration)) best = std::move(found);
   }
   return *best;

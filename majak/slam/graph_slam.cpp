@@ -23,11 +23,13 @@ constexpr std::size_t kPatience = 10;   // scans that may queue behind one that 
 GraphSlam::GraphSlam(const GraphSlamOptions& options, Threads threads)
     : options_(options),
       threads_(threads),
+      drive_(options.drive),
       odometry_(options.odometry),
       front_end_(options.front_end),
       loop_closer_(options.loops) {}
 
 std::optional<Estimate> GraphSlam::add(Event event) {
+  drive_.apply(event);
   if (auto* scan = std::get_if<Scan>(&event)) {
     if (scan->laser != 0) return std::nullopt;  // the front laser maps
     odometry_.add(*scan);
@@ -237,6 +239,7 @@ void describe(OptionFields& f, GraphSlamOptions& o) {
   f.add("revisits.reach", v.reach, {"m", "between the robots of a pair", 0.1, 100});
   f.add("revisits.known_way", v.known_way,
         {"m", "places farther apart by way are not paired", 0, 1e6});
+  motion::describe(f, o.drive);
 }
 
 }  // namespace majak::slam

@@ -17,6 +17,7 @@
 #include "majak/core/options.hpp"
 #include "majak/core/parallel.hpp"
 #include "majak/core/site.hpp"
+#include "majak/motion/drive_correction.hpp"
 #include "majak/motion/odometry_model.hpp"
 #include "majak/slam/front_end.hpp"
 #include "majak/slam/joint_refinement.hpp"
@@ -34,6 +35,7 @@ struct GraphSlamOptions {
   RevisitOptions revisits;
   JointRefinementOptions refinement;
   motion::OdometryModelOptions odometry;
+  motion::DriveCorrection drive;  ///< from a calibration; mends the log before anything else
 };
 
 void describe(OptionFields& fields, GraphSlamOptions& options);
@@ -60,6 +62,7 @@ class GraphSlam {
 
   GraphSlamOptions options_;
   Threads threads_;
+  motion::CorrectedDrive drive_;
   motion::OdometryModel odometry_;
   FrontEnd front_end_;
   LoopCloser loop_closer_;
