@@ -124,7 +124,9 @@ Run run_method(const LocalizeCommand& o) {
   Run run;
   Progress progress;
   std::int64_t events = 0;
-  while (const auto event = source->next()) {
+  motion::CorrectedDrive drive(o.options.drive);
+  while (auto event = source->next()) {
+    drive.apply(*event);
     if (const auto* truth = std::get_if<Truth>(&*event)) run.truth.push_back(*truth);
     if (const auto* fix = std::get_if<GpsFix>(&*event)) run.fixes.push_back(*fix);
     localizer.add(*event);

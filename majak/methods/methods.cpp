@@ -22,6 +22,7 @@ void describe(OptionFields& fields, LocalizeOptions& o) {
   fields.add("start.y", o.start.y, {"m", "where the robot is at first"});
   fields.add("start.theta", o.start.theta, {"rad", "its heading, counter-clockwise from x"});
   localize::describe(fields, o.dead_reckoning);
+  motion::describe(fields, o.drive);
 }
 
 std::span<const Method> methods() { return kMethods; }

@@ -9,6 +9,7 @@
 #include "majak/core/options.hpp"
 #include "majak/localize/dead_reckoning.hpp"
 #include "majak/localize/localizer.hpp"
+#include "majak/motion/drive_correction.hpp"
 
 namespace majak::methods {
 
@@ -16,6 +17,7 @@ namespace majak::methods {
 struct LocalizeOptions {
   Pose2 start;  ///< T_map_robot at the first record, for methods that are told
   localize::DeadReckoningOptions dead_reckoning;
+  motion::DriveCorrection drive;  ///< from a calibration; the log is mended with it first
 };
 void describe(OptionFields& fields, LocalizeOptions& options);
 
