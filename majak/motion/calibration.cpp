@@ -32,12 +32,6 @@ struct State {
   StepNoise noise;
 };
 
-struct Steps {
-  std::vector<SeenStep> seen;
-  std::vector<double> seconds;
-  std::vector<std::size_t> end;  ///< the laser pose that ends a step
-};
-
 // Poses so far apart that the motion between them stands out of the laser's noise.
 std::vector<LaserPose> thinned(const std::vector<LaserPose>& laser, const CalibrationOptions& o) {
   std::vector<LaserPose> out;
@@ -58,38 +52,12 @@ bool gross(const SeenStep& step) {
          std::abs(e.z()) > kGross + kGrossShare * step.turn;
 }
 
-// At the pose between step i - 1 and step i.
-Vec3 velocity(const std::vector<Vec3>& twists, const std::vector<double>& seconds, std::size_t i) {
-  const std::size_t a = i > 0 ? i - 1 : 0, b = std::min(i, twists.size() - 1);
-  return (twists[a] + twists[b]) / (seconds[a] + seconds[b]);
-}
-
-Steps compare(const std::vector<LaserPose>& laser, const std::vector<WheelSample>& wheels,
-              const State& state, const CalibrationOptions& o) {
-  const WheelPath path(wheels, state.correction, o.wheelbase);
-  Steps out;
-  for (std::size_t i = 1; i < laser.size(); ++i) {
-    const auto from = path.at(laser[i - 1].time), to = path.at(laser[i].time);
-    if (!from || !to) continue;
-    SeenStep step;
-    step.wheels = state.D.inverse() * between(from->pose, to->pose) * state.D;
-    step.laser = between(laser[i - 1].T_map_robot, laser[i].T_map_robot);
-    step.way = to->way - from->way, step.turn = to->turn - from->turn;
-    step.split_way_before = from->split_way, step.split_turn_before = from->split_turn;
-    step.split_way_after = to->split_way, step.split_turn_after = to->split_turn;
-    step.doubt_before = from->doubt, step.doubt_after = to->doubt;
-    step.broken = to->jumps != from->jumps || gross(step);
-    out.seen.push_back(step);
-    out.end.push_back(i);
-    out.seconds.push_back(to_seconds(laser[i].time - laser[i - 1].time));
-  }
-  std::vector<Vec3> twists;
-  for (const SeenStep& step : out.seen) twists.push_back(log(step.wheels));
-  for (std::size_t i = 0; i < out.seen.size(); ++i) {
-    out.seen[i].velocity_before = velocity(twists, out.seconds, i);
-    out.seen[i].velocity_after = velocity(twists, out.seconds, i + 1);
-  }
-  return out;
+std::vector<SeenStep> compare(const std::vector<LaserPose>& laser,
+                              const std::vector<WheelSample>& wheels, const State& state,
+                              const CalibrationOptions& o) {
+  auto steps = seen_steps(laser, wheels, state.correction, state.D, o.wheelbase);
+  for (SeenStep& step : steps) step.broken = step.broken || gross(step);
+  return steps;
 }
 
 // d exp(twist): exp(twist + d) = exp(twist) exp(J d), to the third order of a small turn.
@@ -119,14 +87,14 @@ Mat3 by_drive(const Vec3& twist, const State& s, const CalibrationOptions& o) {
 // The derivative of what the wheels foretell, made of motions that are free of this step's noise:
 // smoothed by all that is seen. Made of the wheels' own they would be too long (regression
 // dilution).
-std::vector<Rows> derivatives(const Steps& steps, const WhitenedSteps& white, const State& state,
-                              const CalibrationOptions& o) {
+std::vector<Rows> derivatives(const std::vector<SeenStep>& steps, const WhitenedSteps& white,
+                              const State& state, const CalibrationOptions& o) {
   const std::vector<Vec3> errors = white.wheel_errors();
   std::vector<Vec3> twists;
-  for (std::size_t i = 0; i < steps.seen.size(); ++i)
-    twists.push_back(log(state.D * steps.seen[i].wheels * exp(errors[i]) * state.D.inverse()));
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    twists.push_back(log(state.D * steps[i].wheels * exp(errors[i]) * state.D.inverse()));
   const Mat3 to_laser = adjoint(state.D.inverse());
-  std::vector<Rows> out(steps.seen.size());
+  std::vector<Rows> out(steps.size());
   for (std::size_t i = 0; i < out.size(); ++i) {
     const Mat3 back = adjoint(exp(-twists[i]));
     out[i].leftCols<3>() = to_laser * right_jacobian(twists[i]) * by_drive(twists[i], state, o);
@@ -134,8 +102,8 @@ std::vector<Rows> derivatives(const Steps& steps, const WhitenedSteps& white, co
         Mat3::Identity() - adjoint((state.D.inverse() * exp(twists[i]) * state.D).inverse());
     out[i].col(6).setZero();
     if (o.timed)
-      out[i].col(6) = to_laser * (velocity(twists, steps.seconds, i + 1) -
-                                  back * velocity(twists, steps.seconds, i));
+      out[i].col(6) = to_laser * (velocity_between(twists, steps, i + 1) -
+                                  back * velocity_between(twists, steps, i));
   }
   return out;
 }
@@ -286,13 +254,14 @@ void say_what_is_not_told(const CalibrationOptions& o, Calibration& out) {
 
 // A pose that comes late from laser or wheels spoils the steps to both its sides, one way and the
 // other: without it they are one good step. What is bad still then is a slip.
-void drop_bad_poses(const Steps& steps, const WhitenedSteps& white, std::vector<LaserPose>& poses) {
+void drop_bad_poses(const std::vector<SeenStep>& steps, const WhitenedSteps& white,
+                    std::vector<LaserPose>& poses) {
   std::vector<LaserPose> kept;
   std::size_t step = 0;
   bool dropped = false;
   for (std::size_t k = 0; k < poses.size(); ++k) {
-    while (step < steps.end.size() && steps.end[step] < k) ++step;
-    const bool bad = step < steps.end.size() && steps.end[step] == k && white.broken(step);
+    while (step < steps.size() && steps[step].end < k) ++step;
+    const bool bad = step < steps.size() && steps[step].end == k && white.broken(step);
     dropped = bad && !dropped && k + 1 < poses.size();
     if (!dropped) kept.push_back(poses[k]);
   }
@@ -309,23 +278,23 @@ Calibration calibrate(const std::vector<LaserPose>& laser, const std::vector<Whe
   Calibration out;
   Mat7 covariance = Mat7::Identity();
   for (int round = 0; round < kRounds; ++round) {
-    Steps steps = compare(poses, wheels, state, options);
-    if (steps.seen.size() < kLeastSteps)
+    std::vector<SeenStep> steps = compare(poses, wheels, state, options);
+    if (steps.size() < kLeastSteps)
       throw Error("fewer than a hundred steps that wheels and laser both have seen");
     if (round > 0 && round < kLastLearning) {
-      const WhitenedSteps gated(steps.seen, state.noise, kGate);
-      for (std::size_t i = 0; i < steps.seen.size(); ++i) steps.seen[i].broken = gated.broken(i);
-      state.noise = learn_noise(steps.seen, state.noise);
+      const WhitenedSteps gated(steps, state.noise, kGate);
+      for (std::size_t i = 0; i < steps.size(); ++i) steps[i].broken = gated.broken(i);
+      state.noise = learn_noise(steps, state.noise);
       if (round >= kFirstDropping) {
-        drop_bad_poses(steps, WhitenedSteps(steps.seen, state.noise, kGate), poses);
+        drop_bad_poses(steps, WhitenedSteps(steps, state.noise, kGate), poses);
         steps = compare(poses, wheels, state, options);
       }
     }
-    const WhitenedSteps white(steps.seen, state.noise, kGate);
+    const WhitenedSteps white(steps, state.noise, kGate);
     const Solution found = solve(derivatives(steps, white, state, options), white, state, options);
     move(state, found.dp, options);
     covariance = found.covariance;
-    take_evidence(steps.seen, white, out);
+    take_evidence(steps, white, out);
   }
   out.noise = state.noise;
   take_values(state, covariance, options, out);

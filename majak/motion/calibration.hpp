@@ -17,12 +17,6 @@
 
 namespace majak::motion {
 
-/// Where the laser saw the robot, as one that carries the laser at its nominal place.
-struct LaserPose {
-  Time time = 0;
-  Pose2 T_map_robot;
-};
-
 /// The unknowns, in this order in all vectors and matrices.
 enum class Unknown { scale, turn_scale, uneven, laser_x, laser_y, laser_theta, lag };
 inline constexpr std::size_t kUnknowns = 7;

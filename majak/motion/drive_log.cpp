@@ -12,18 +12,6 @@ namespace {
 constexpr std::size_t kLeastRecords = 100;
 constexpr float kLeastScore = 0.5;  // share of beams that fit the map
 
-std::vector<LaserPose> laser_poses(const Site& site, WheelSource source,
-                                   const LogCalibrationOptions& o) {
-  const std::vector<Time> times = scan_times(site, source);
-  std::vector<LaserPose> out;
-  for (std::size_t i = o.first; i < std::min(o.last, site.scans.size()); ++i) {
-    const PosedScan& s = site.scans[i];
-    if (s.estimate.health != Health::ok || s.match_score < kLeastScore) continue;
-    out.push_back({times[i], s.estimate.T_map_robot});
-  }
-  return out;
-}
-
 /// A step that was left out fits as badly as the worst that was not.
 double fit_of(const Calibration& c) {
   return (c.log_likelihood - 9.0 * static_cast<double>(c.left_out)) / static_cast<double>(c.steps);
@@ -64,6 +52,18 @@ std::vector<Time> scan_times(const Site& site, WheelSource source) {
   return out;
 }
 
+std::vector<LaserPose> laser_poses(const Site& site, WheelSource source, std::size_t first,
+                                   std::size_t last) {
+  const std::vector<Time> times = scan_times(site, source);
+  std::vector<LaserPose> out;
+  for (std::size_t i = first; i < std::min(last, site.scans.size()); ++i) {
+    const PosedScan& s = site.scans[i];
+    if (s.estimate.health != Health::ok || s.match_score < kLeastScore) continue;
+    out.push_back({times[i], s.estimate.T_map_robot});
+  }
+  return out;
+}
+
 std::vector<WheelSample> samples_of(const DriveLog& log, WheelSource source, bool reversed,
                                     double wheelbase) {
   if (source == WheelSource::wheels) return wheel_samples(log.wheels, wheelbase);
@@ -98,7 +98,7 @@ LogCalibration calibrate_log(const DriveLog& log, const Site& site,
     o.timed = source != WheelSource::ordered;
     o.start_lag = site.odometry.lag_s.value;
     o.T_robot_laser = site.scans.front().scan.T_robot_laser;
-    LogCalibration found{calibrate(laser_poses(site, source, options),
+    LogCalibration found{calibrate(laser_poses(site, source, options.first, options.last),
                                    samples_of(log, source, reversed, options.wheelbase), o),
                          source};
     found.calibration.correction.reversed = reversed;

@@ -53,5 +53,8 @@ LogCalibration calibrate_log(const DriveLog& log, const Site& site,
 std::vector<WheelSample> samples_of(const DriveLog& log, WheelSource source, bool reversed,
                                     double wheelbase);
 std::vector<Time> scan_times(const Site& site, WheelSource source);
+/// Of scans [first, last) that are placed well, by those times.
+std::vector<LaserPose> laser_poses(const Site& site, WheelSource source, std::size_t first = 0,
+                                   std::size_t last = std::numeric_limits<std::size_t>::max());
 
 }  // namespace majak::motion

@@ -9,24 +9,9 @@
 #include <vector>
 
 #include "majak/core/pose2.hpp"
+#include "majak/motion/seen_steps.hpp"
 
 namespace majak::motion {
-
-/// A step between two laser poses.
-struct SeenStep {
-  Pose2 wheels;     ///< as the wheels foretell it
-  Pose2 laser;      ///< as the laser saw it
-  double way = 0;   ///< m rolled during it, either way
-  double turn = 0;  ///< rad turned during it, either way
-  /// WheelPath::Point's at its begin and its end.
-  double split_way_before = 0, split_turn_before = 0, split_way_after = 0, split_turn_after = 0;
-  Vec3 doubt_before = Vec3::Zero(), doubt_after = Vec3::Zero();
-  /// Of the robot there, per s (or per scan where the stamps tell only the order).
-  Vec3 velocity_before = Vec3::Zero(), velocity_after = Vec3::Zero();
-  bool broken = false;  ///< does not count: wheels and laser saw different things
-
-  Vec3 error() const { return log(between(wheels, laser)); }
-};
 
 /// The defaults are what is usual.
 struct StepNoise {

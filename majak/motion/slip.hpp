@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Slip and bumps: where the calibrated wheels and the laser disagree by more than their noise.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "majak/core/event.hpp"
+#include "majak/core/site.hpp"
+#include "majak/motion/calibration.hpp"
+#include "majak/motion/drive_log.hpp"
+
+namespace majak::motion {
+
+struct SlipOptions {
+  double gate = 26;                ///< chi-square of a step, 3 degrees of freedom: 1 in 100 000
+  double least_way = 0.03;         ///< m; smaller disagreements are not told
+  double least_turn = radians(2);  ///< rad
+  std::size_t stride = 3;          ///< laser poses a step, some 0.3 s
+};
+
+/// In the order of time. `wheels` and the noise as calibrated.
+std::vector<SlipEvent> find_slips(const std::vector<LaserPose>& laser,
+                                  const std::vector<WheelSample>& wheels, const Calibration& found,
+                                  const Pose2& T_robot_laser, double wheelbase,
+                                  const SlipOptions& options = {});
+
+/// Of a whole log, with the stamps of its scans.
+std::vector<SlipEvent> find_slips(const DriveLog& log, const Site& site,
+                                  const LogCalibration& found, double wheelbase = 0);
+
+}  // namespace majak::motion
