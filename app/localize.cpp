@@ -20,6 +20,7 @@
 #include "majak/draw/trajectory_figure.hpp"
 #include "majak/eval/ate_rpe.hpp"
 #include "majak/io/atomic_file.hpp"
+#include "majak/io/beacon_map.hpp"
 #include "majak/io/number.hpp"
 #include "majak/io/options_file.hpp"
 #include "majak/io/source.hpp"
@@ -38,7 +39,9 @@ constexpr const char* kHelp =
     "\n"
     "Examples:\n"
     "  majak localize my.log                        dead reckoning, writes the folder my-localize\n"
-    "  majak localize my.log --method kalman        by another method\n"
+    "  majak localize my.log --method kalman        wheels, satellites, smoothed\n"
+    "  majak localize my.log --method kalman --gps track.nmea     the fixes of another file\n"
+    "  majak localize my.log --method kalman --beacons hall.txt   reflectors at known places\n"
     "  majak localize my.log --start \"2.5,1,90\"     from x, y (m) and heading (degrees)\n"
     "  majak localize my.log --options drive.toml   with options of a run or of a calibration\n"
     "\n"
@@ -48,7 +51,7 @@ constexpr const char* kHelp =
     "Methods:\n";
 
 struct LocalizeCommand {
-  std::string log, output, method = "dead-reckoning", start, options_file;
+  std::string log, output, method = "dead-reckoning", start, options_file, beacons;
   std::vector<std::string> set;
   bool json = false;
   io::SourceOptions source;
@@ -109,6 +112,7 @@ void read_options(LocalizeCommand& o) {
   if (!o.options_file.empty()) io::apply_options_file(fields, o.options_file);
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
   if (!o.start.empty()) o.options.start = start_pose(o.start);
+  if (!o.beacons.empty()) o.options.beacons = io::read_beacon_map(o.beacons);
 }
 
 std::string effective_options(LocalizeCommand& o) {
@@ -179,7 +183,10 @@ Json summary_of(const LocalizeCommand& o, const Run& run, const Findings& f) {
                {"end_sigma_m", f.end_sigma_m},
                {"end_heading_sigma_rad", f.end_heading_sigma_rad},
                {"innovations", Json::object()},
+               {"learnt", Json::object()},
                {"skipped", Json::object()}};
+  for (const localize::LearntValue& v : run.result.learnt)
+    json["learnt"][v.name] = {{"value", v.value}, {"sigma", v.sigma}, {"unit", v.unit}};
   for (const auto& [name, s] : f.sensors)
     json["innovations"][name] = {
         {"used", s.used},
@@ -244,6 +251,9 @@ void print_result(const LocalizeCommand& o, const Run& run, const Findings& f) {
                  s.dof / static_cast<double>(s.used));
     fmt::print("\n");
   }
+  for (const localize::LearntValue& v : run.result.learnt)
+    fmt::print("  {}: {:.4g} +- {:.2g} {}\n", v.name, v.value, v.sigma,
+               v.unit == "1" ? "" : v.unit);
   if (f.error)
     fmt::print(
         "  against the truth in the log, from a common start: mean {:.3f} m and {:.2f} "
@@ -279,6 +289,7 @@ void add_localize(CLI::App& app) {
   command->add_option("-o,--output", o->output,
                       "folder for the results (default: the log's name + -localize)");
   command->add_option("--start", o->start, "first pose: x,y in m and degrees (default: 0,0,0)");
+  command->add_option("--beacons", o->beacons, "where beacons stand: lines `number x y [name]`, m");
   command->add_option("--options", o->options_file, "options.toml of a run");
   command->add_option("--set", o->set, "one option: name=value");
   command->add_flag("--json", o->json, "print summary.json");

@@ -104,7 +104,7 @@ class Kalman {
   std::optional<Estimate> drive(Time time, const Pose2& T_odom_robot);
   void drift(double seconds);
   void roll(const Vec3& twist, const WheelDerivative& twist_by_wheels, double seconds);
-  Motion motion_to(const Node& node) const;
+  Motion motion_to(std::size_t k, bool linear) const;
   Belief beginning() const;
   void move_to(Time time);
   void recognise(std::vector<BeaconSighting> seen);

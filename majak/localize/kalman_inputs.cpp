@@ -155,8 +155,21 @@ void Kalman::see(const BeaconSighting& sighting, double gate, Belief& belief,
   }
 }
 
-Kalman::Motion Kalman::motion_to(const Node& node) const {
+// `linear`: the path is smoothed already. What a scale does to a step is then taken from the step
+// as smoothed: the wheels' own account has noise, and a scale learnt from noise comes out too small
+// (errors in variables, docs/MATH.md 3.2).
+Kalman::Motion Kalman::motion_to(std::size_t k, bool linear) const {
+  const Node& node = nodes_[k];
   Motion motion = node.motion;
+  if (linear && k > 0 && odometry_) {
+    const Vec3 u =
+        log(between(nodes_[k - 1].smoothed.nominal.T_map_robot, node.smoothed.nominal.T_map_robot));
+    WheelDerivative by_wheels = WheelDerivative::Zero();
+    by_wheels.block<2, 1>(0, kScale) = u.head<2>();
+    by_wheels(2, kTurnScale) = u.z();
+    by_wheels(2, kTurnOffset) = u.x();
+    motion.by_extra.leftCols<4>() = right_jacobian(u) * by_wheels;
+  }
   if (!node.new_piece) return motion;
   const double sigma = fixes_[node.fix].sigma > 0 ? fixes_[node.fix].sigma : options_.gps_sigma;
   motion.keep.tail<2>().setZero();

@@ -36,7 +36,7 @@ void Kalman::filter_node(std::size_t k, bool linear, double gate, std::size_t& p
     }
   } else {
     node.predicted = nodes_[k - 1].filtered;
-    node.predicted.predict(motion_to(node), linear ? &before : nullptr);
+    node.predicted.predict(motion_to(k, linear), linear ? &before : nullptr);
   }
   node.filtered = node.predicted;
   if (trusted) {
@@ -61,8 +61,8 @@ double Kalman::round() {
     Node& node = nodes_[k];
     node.smoothed = node.filtered;
     if (k + 1 < nodes_.size())
-      node.smoothed = filter::smooth(node.filtered, nodes_[k + 1].predicted,
-                                     motion_to(nodes_[k + 1]), nodes_[k + 1].smoothed);
+      node.smoothed = filter::smooth(node.filtered, nodes_[k + 1].predicted, motion_to(k + 1, true),
+                                     nodes_[k + 1].smoothed);
     moved = std::max(moved, node.smoothed.mean.head<2>().norm());
     turned = std::max(turned, std::abs(node.smoothed.mean(2)));
   }
@@ -80,7 +80,7 @@ void Kalman::extend(std::size_t from, double bend) {
   for (std::size_t k = from; k < nodes_.size(); ++k) {
     State& nominal = nodes_[k].smoothed.nominal;
     nominal =
-        k == 0 ? beginning().nominal : motion_to(nodes_[k]).apply(nodes_[k - 1].smoothed.nominal);
+        k == 0 ? beginning().nominal : motion_to(k, false).apply(nodes_[k - 1].smoothed.nominal);
     if (k != from) continue;
     nominal.extra(kTurnOffset) += bend;
   }

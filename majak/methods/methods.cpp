@@ -13,6 +13,19 @@ const Method kMethods[] = {
     {"dead-reckoning", "dead reckoning, p. 15", "odometry, or wheel speed and steering",
      "trajectory with growing covariance",
      [](const LocalizeOptions& o) { return localize::dead_reckoning(o.dead_reckoning, o.start); }},
+    {"beacons", "active beacons: trilateration and triangulation, p. 19",
+     "--beacons FILE, and scans with intensities or sightings", "a pose for each moment by itself",
+     [](const LocalizeOptions& o) {
+       return localize::beacons(o.beacons, {.reflectors = o.reflectors});
+     }},
+    {"kalman", "Kalman filter, p. 21",
+     "odometry, or wheel speed and steering; satellite fixes or --beacons FILE to correct them",
+     "smoothed trajectory with covariance, what the wheels count wrongly",
+     [](const LocalizeOptions& o) {
+       localize::KalmanOptions options = o.kalman;
+       options.reflectors = o.reflectors;
+       return localize::kalman(options, o.start, o.beacons);
+     }},
 };
 
 }  // namespace
@@ -22,6 +35,12 @@ void describe(OptionFields& fields, LocalizeOptions& o) {
   fields.add("start.y", o.start.y, {"m", "where the robot is at first"});
   fields.add("start.theta", o.start.theta, {"rad", "its heading, counter-clockwise from x"});
   localize::describe(fields, o.dead_reckoning);
+  localize::describe(fields, o.kalman);
+  fields.add("reflectors.threshold", o.reflectors.threshold,
+             {"raw units", "least intensity of a reflector; 0: from the scan itself", 0, 1e9});
+  fields.add("reflectors.contrast", o.reflectors.contrast,
+             {"1", "times as bright as others at that range", 1, 1e6});
+  fields.add("reflectors.diameter", o.reflectors.diameter, {"m", "of round ones; 0: flat", 0, 2});
   motion::describe(fields, o.drive);
 }
 

@@ -7,7 +7,9 @@
 #include <string_view>
 
 #include "majak/core/options.hpp"
+#include "majak/localize/beacons.hpp"
 #include "majak/localize/dead_reckoning.hpp"
+#include "majak/localize/kalman.hpp"
 #include "majak/localize/localizer.hpp"
 #include "majak/motion/drive_correction.hpp"
 
@@ -17,6 +19,9 @@ namespace majak::methods {
 struct LocalizeOptions {
   Pose2 start;  ///< T_map_robot at the first record, for methods that are told
   localize::DeadReckoningOptions dead_reckoning;
+  localize::KalmanOptions kalman;
+  beacon::ReflectorOptions reflectors;
+  beacon::BeaconMap beacons;      ///< where they stand; no option, but an input like the log
   motion::DriveCorrection drive;  ///< from a calibration; the log is mended with it first
 };
 void describe(OptionFields& fields, LocalizeOptions& options);
