@@ -15,6 +15,7 @@ constexpr double kBeginPosition = 30;  // m, before the first fix has been heard
 constexpr double kFirstHeading = 0.5;  // rad, of a heading taken from the first fixes
 constexpr double kConverged = 0.005;   // m that the last round of smoothing moves
 constexpr std::size_t kMostStages = 40;
+constexpr double kLearnt = 0.7;        // share of its first variance from which a number is learnt
 constexpr std::size_t kPatience = 20;  // measurements that may wait for odometry
 
 // The rotation and shift that bring the points `from` nearest to `to` (Umeyama 1991, in the plane).
@@ -44,16 +45,17 @@ Kalman::Kalman(const KalmanOptions& options, const Pose2& start, const beacon::B
 std::optional<Estimate> Kalman::add(const Event& event) {
   if (const auto* wheels = std::get_if<WheelMotion>(&event)) {
     drive(*wheels);
-    return scans_ ? std::nullopt : at_once({wheels->time, kNone, true, {}});
+    return scans_ ? std::nullopt : at_once({wheels->time, kNone, true, {}, {}, false});
   }
   if (const auto* odometry = std::get_if<Odometry>(&event)) {
     auto newest = drive(odometry->time, odometry->T_odom_robot);
-    return scans_ ? newest : at_once({odometry->time, kNone, true, {}});
+    return scans_ ? newest : at_once({odometry->time, kNone, true, {}, {}, false});
   }
-  Measured m{time_of(event), kNone, true, {}};
+  Measured m{time_of(event), kNone, true, {}, {}, false};
   if (const auto* scan = std::get_if<Scan>(&event)) {
     if (scan->laser != 0) return std::nullopt;
-    scans_ = true;
+    scans_ = m.scan = true;
+    m.match = std::exchange(match_, std::nullopt);
     if (scan->T_odom_robot && !wheels_) drive(scan->time, *scan->T_odom_robot);
     if (!beacons_.beacons.empty()) m.seen = beacon::find_reflectors(*scan, options_.reflectors);
   } else if (const auto* fix = std::get_if<GpsFix>(&event)) {
@@ -93,6 +95,9 @@ std::optional<Estimate> Kalman::at_once(Measured m) {
   Node node;
   node.time = m.time;
   node.motion = pending_;
+  node.scan = m.scan;
+  // A node between two scans would have to share the match; it is left to the wheels.
+  if (m.match && !nodes_.empty() && nodes_.back().scan) fuse(*m.match, node);
   node.fix = m.fix;
   node.wanted = m.wanted;
   nodes_.push_back(std::move(node));
@@ -213,15 +218,20 @@ std::vector<LearntValue> Kalman::learnt(const Belief& belief) const {
                        std::sqrt(belief.covariance(3 + k, 3 + k))};
   };
   std::vector<LearntValue> values;
+  const Belief prior = beginning();
+  const auto tell = [&](const char* name, const char* unit, int k) {
+    if (belief.covariance(3 + k, 3 + k) < kLearnt * prior.covariance(3 + k, 3 + k))
+      values.push_back(value(name, unit, k));
+  };
   if (wheels_ || odometry_) {
-    values.push_back(value("scale of the way", "1", kScale));
-    values.push_back(value(wheels_ ? "scale of the steering" : "scale of turns", "1", kTurnScale));
-    values.push_back(value("turn per way", "rad/m", kTurnOffset));
-    if (wheels_) values.push_back(value("cube of the steering", "1/rad^2", kCurve));
+    tell("scale of the way", "1", kScale);
+    tell(wheels_ ? "scale of the steering" : "scale of turns", "1", kTurnScale);
+    tell("turn per way", "rad/m", kTurnOffset);
+    if (wheels_) tell("cube of the steering", "1/rad^2", kCurve);
   }
   if (!fixes_.empty()) {
-    values.push_back(value("antenna ahead", "m", kAntenna));
-    values.push_back(value("antenna to the left", "m", kAntenna + 1));
+    tell("antenna ahead", "m", kAntenna);
+    tell("antenna to the left", "m", kAntenna + 1);
   }
   return values;
 }

@@ -64,6 +64,11 @@ class Kalman {
   /// The next event, in the log's order. An estimate for every scan, fix and sighting, or for
   /// the wheels' own records where there is no scan.
   std::optional<Estimate> add(const Event& event);
+  /// What the laser says of the motion from the scan before to the one that is added next:
+  /// information of log(T_from_to^-1 * truth), in the axes of the second.
+  void matched(const Pose2& T_from_to, const Mat3& information) {
+    match_ = {T_from_to, information};
+  }
   Localization finish();
 
  private:
@@ -79,10 +84,18 @@ class Kalman {
   using WheelDerivative = Eigen::Matrix<double, 3, 4>;
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
+  struct ScanMatch {
+    Pose2 T_from_to;
+    Mat3 information = Mat3::Zero();
+  };
+
   /// A time at which something is measured or asked for.
   struct Node {
     Time time = 0;
     Motion motion;  ///< since the node before
+    /// Share of what the wheels say that the scan match left to them, in the axes at the end.
+    Mat3 by_wheels = Mat3::Identity();
+    bool scan = false;
     std::size_t fix = kNone;
     std::vector<BeaconSighting> seen;  ///< with the numbers of the map
     bool wanted = true;                ///< gives an estimate
@@ -96,6 +109,8 @@ class Kalman {
     std::size_t fix;
     bool wanted;
     std::vector<BeaconSighting> seen;
+    std::optional<ScanMatch> match;
+    bool scan = false;
   };
 
   std::optional<Estimate> at_once(Measured measured);
@@ -107,6 +122,7 @@ class Kalman {
   Motion motion_to(std::size_t k, bool linear) const;
   Belief beginning() const;
   void move_to(Time time);
+  void fuse(const ScanMatch& match, Node& node) const;
   void recognise(std::vector<BeaconSighting> seen);
   bool orient(double least_way);
   bool find_heading(double least_way);
@@ -136,6 +152,7 @@ class Kalman {
   Motion pending_;                    ///< since the newest node
   std::optional<WheelMotion> wheels_;
   std::optional<Odometry> odometry_;
+  std::optional<ScanMatch> match_;
   std::deque<Measured> waiting_;  ///< for the odometry to come by
   double way_ = 0;
   Time clock_ = 0;           ///< up to which the motion is integrated

@@ -8,7 +8,8 @@
 namespace majak::localize {
 namespace {
 
-constexpr double kTooNear = 0.05;  // m to a beacon that tells nothing any more
+constexpr double kTooNear = 0.05;                     // m to a beacon that tells nothing any more
+constexpr double kJitter = 0.01, kTurnJitter = 0.01;  // m, rad of a step
 
 }  // namespace
 
@@ -93,6 +94,21 @@ std::optional<Estimate> Kalman::drive(Time time, const Pose2& T_odom_robot) {
   return newest;
 }
 
+// Wheels and laser are two accounts of one motion; each counts by its covariance. The wheels' has
+// the jitter between the two clocks on top, which does not add up over the steps.
+void Kalman::fuse(const ScanMatch& match, Node& node) const {
+  Motion& motion = node.motion;
+  const Mat3 match_noise = match.information.inverse();
+  Mat3 wheels_noise = motion.noise;
+  wheels_noise.diagonal() += Vec3(kJitter, kJitter, kTurnJitter).cwiseAbs2();
+  const Mat3 gain = wheels_noise * (wheels_noise + match_noise).inverse();
+  node.by_wheels = Mat3::Identity() - gain;
+  motion.T_from_to = motion.T_from_to * exp(gain * log(between(motion.T_from_to, match.T_from_to)));
+  motion.by_extra = node.by_wheels * motion.by_extra;
+  motion.noise = node.by_wheels * motion.noise * node.by_wheels.transpose() +
+                 gain * match_noise * gain.transpose();
+}
+
 // The motion up to a measurement, where the wheels have not told it themselves.
 void Kalman::move_to(Time time) {
   if (wheels_ && time > clock_) drive(WheelMotion{time, wheels_->speed, wheels_->steering});
@@ -168,7 +184,7 @@ Kalman::Motion Kalman::motion_to(std::size_t k, bool linear) const {
     by_wheels.block<2, 1>(0, kScale) = u.head<2>();
     by_wheels(2, kTurnScale) = u.z();
     by_wheels(2, kTurnOffset) = u.x();
-    motion.by_extra.leftCols<4>() = right_jacobian(u) * by_wheels;
+    motion.by_extra.leftCols<4>() = node.by_wheels * right_jacobian(u) * by_wheels;
   }
   if (!node.new_piece) return motion;
   const double sigma = fixes_[node.fix].sigma > 0 ? fixes_[node.fix].sigma : options_.gps_sigma;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "majak/core/error.hpp"
+#include "majak/methods/kalman_with_laser.hpp"
 
 namespace majak::methods {
 namespace {
@@ -25,6 +26,13 @@ const Method kMethods[] = {
        localize::KalmanOptions options = o.kalman;
        options.reflectors = o.reflectors;
        return localize::kalman(options, o.start, o.beacons);
+     }},
+    {"kalman-laser", "Kalman filter, p. 21", "the same, and scans",
+     "the same; matched scans count the motion beside the wheels",
+     [](const LocalizeOptions& o) {
+       KalmanWithLaserOptions options{o.kalman, {}};
+       options.kalman.reflectors = o.reflectors;
+       return kalman_with_laser(options, o.start, o.beacons);
      }},
 };
 
