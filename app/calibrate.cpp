@@ -18,6 +18,7 @@
 #include "majak/io/options_file.hpp"
 #include "majak/io/source.hpp"
 #include "majak/motion/drive_log.hpp"
+#include "majak/motion/slip.hpp"
 #include "majak/slam/graph_slam.hpp"
 
 namespace majak::app {
@@ -36,7 +37,8 @@ constexpr const char* kHelp =
     "  majak calibrate park --wheelbase 2.83        a car: speed and steering\n"
     "\n"
     "The log is mapped first; the poses of the finished map are what the wheels are held against.\n"
-    "Drive straight on, turn to both sides, drive off and brake: what was not driven is not told.\n";
+    "Drive straight on, turn to both sides, drive off and brake: what was not driven is not "
+    "told.\n";
 
 struct CalibrateOptions {
   std::string log, output;
@@ -96,20 +98,30 @@ void print_table(const motion::LogCalibration& found) {
   for (const std::string& text : c.not_told) fmt::print("not told: {}\n", text);
 }
 
+struct Found {
+  motion::LogCalibration drive;
+  std::vector<SlipEvent> slips;
+  Time start = 0;
+};
+
+void print_slips(const Found& found) {
+  for (const SlipEvent& e : found.slips)
+    fmt::print("{:9.2f} s: {} for {:.1f} s, {:.2f} m and {:+.1f} degrees\n",
+               to_seconds(e.begin - found.start), name_of(e.kind), to_seconds(e.end - e.begin),
+               e.way, degrees(e.turn));
+}
+
 Json learnt_json(const Learnt& l) {
   return {{"value", l.value}, {"sigma", l.sigma}, {"determined", l.used}};
 }
 
-Json to_json(const CalibrateOptions& o, const motion::LogCalibration& found) {
+Json to_json(const CalibrateOptions& o, const Found& all) {
+  const motion::LogCalibration& found = all.drive;
   const motion::Calibration& c = found.calibration;
-  Json json{{"log", o.log},
-            {"source", motion::name_of(found.source)},
-            {"way_m", c.way},
-            {"turned_rad", c.turned},
-            {"steps", c.steps},
-            {"left_out", c.left_out},
-            {"mean_nis", c.mean_nis},
-            {"reversed", c.correction.reversed}};
+  Json json{{"log", o.log},           {"source", motion::name_of(found.source)},
+            {"way_m", c.way},         {"turned_rad", c.turned},
+            {"steps", c.steps},       {"left_out", c.left_out},
+            {"mean_nis", c.mean_nis}, {"reversed", c.correction.reversed}};
   for (std::size_t k = 0; k < motion::kUnknowns; ++k)
     json[name_of(k, found.source).key] = learnt_json(c.values[k]);
   if (c.length.value > 0) {
@@ -127,10 +139,17 @@ Json to_json(const CalibrateOptions& o, const motion::LogCalibration& found) {
                    {"turn_rad_per_sqrt_rad", n.turn_of_turn},
                    {"jitter_s", n.jitter}};
   json["not_told"] = c.not_told;
+  json["slips"] = Json::array();
+  for (const SlipEvent& e : all.slips)
+    json["slips"].push_back({{"kind", name_of(e.kind)},
+                             {"begin_s", to_seconds(e.begin)},
+                             {"end_s", to_seconds(e.end)},
+                             {"way_m", e.way},
+                             {"turn_deg", degrees(e.turn)}});
   return json;
 }
 
-motion::LogCalibration calibrate(const CalibrateOptions& o) {
+Found calibrate(const CalibrateOptions& o) {
   const int hardware = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   slam::GraphSlam slam({}, {o.threads > 0 ? o.threads : hardware});
   motion::DriveLog drive;
@@ -145,24 +164,29 @@ motion::LogCalibration calibrate(const CalibrateOptions& o) {
   }
   progress.show("closing loops and refining", scans);
   try {
-    return motion::calibrate_log(drive, slam.finish(), o.calibration);
+    const Site site = slam.finish();
+    Found found{motion::calibrate_log(drive, site, o.calibration), {}, site.scans[0].scan.time};
+    found.slips = motion::find_slips(drive, site, found.drive, o.calibration.wheelbase);
+    return found;
   } catch (const Error& e) {  // it does not know whose wheels these are
     throw Error(fmt::format("{}: {}", o.log, e.what()));
   }
 }
 
 void run_calibrate(const CalibrateOptions& o) {
-  motion::LogCalibration found = calibrate(o);
+  const Found found = calibrate(o);
   if (!o.output.empty()) {
     OptionFields fields;
-    motion::describe(fields, found.calibration.correction);
+    motion::DriveCorrection correction = found.drive.calibration.correction;
+    motion::describe(fields, correction);
     io::write_file_atomically(o.output, io::options_toml(fields));
   }
   if (o.json) {
     fmt::print("{}\n", to_json(o, found).dump(2));
     return;
   }
-  print_table(found);
+  print_table(found.drive);
+  print_slips(found);
   if (!o.output.empty()) fmt::print("options: {}\n", o.output);
 }
 

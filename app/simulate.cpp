@@ -93,17 +93,24 @@ void print_summary(const SimulateOptions& o, const Summary& s, const sim::RobotR
   const double no_return =
       s.beams > 0 ? 1 - static_cast<double>(s.returns) / static_cast<double>(s.beams) : 0;
   if (o.json) {
-    const nlohmann::ordered_json json = {{"log", o.output},
-                                         {"world", o.world},
-                                         {"seed", o.simulation.seed},
-                                         {"scans", s.scans},
-                                         {"beams", o.simulation.beams},
-                                         {"odometry_records", s.odometry},
-                                         {"path_m", run.path_length()},
-                                         {"duration_s", seconds},
-                                         {"no_return_share", no_return},
-                                         {"odometry_error_m", error},
-                                         {"odometry_error_deg", degrees(turn)}};
+    nlohmann::ordered_json json = {{"log", o.output},
+                                   {"world", o.world},
+                                   {"seed", o.simulation.seed},
+                                   {"scans", s.scans},
+                                   {"beams", o.simulation.beams},
+                                   {"odometry_records", s.odometry},
+                                   {"path_m", run.path_length()},
+                                   {"duration_s", seconds},
+                                   {"no_return_share", no_return},
+                                   {"odometry_error_m", error},
+                                   {"odometry_error_deg", degrees(turn)}};
+    json["disturbances"] = nlohmann::ordered_json::array();
+    for (const sim::Disturbance& d : run.disturbances())
+      json["disturbances"].push_back({{"kind", d.bump ? "push" : "slip"},
+                                      {"begin_s", o.simulation.start_time + to_seconds(d.begin)},
+                                      {"end_s", o.simulation.start_time + to_seconds(d.end)},
+                                      {"way_m", d.twist.head<2>().norm()},
+                                      {"turn_deg", degrees(d.bump ? d.twist.z() : -d.twist.z())}});
     fmt::print("{}\n", json.dump(2));
     return;
   }

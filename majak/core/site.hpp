@@ -65,6 +65,10 @@ enum class SlipKind : std::uint8_t {
   jump,  ///< the counters began anew
 };
 
+inline const char* name_of(SlipKind kind) {
+  return kind == SlipKind::slip ? "slip" : kind == SlipKind::push ? "push" : "jump";
+}
+
 /// Wheels and laser disagree by more than their noise (see motion/slip).
 struct SlipEvent {
   Time begin = 0, end = 0;  ///< stamps of the scans before and after

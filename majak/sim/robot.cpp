@@ -14,8 +14,9 @@ namespace majak::sim {
 
 namespace {
 
-constexpr int kRestTicks = 50;   // at rest before and after, as logs are
-constexpr int kSpeedTicks = 12;  // a quarter of a second
+constexpr int kRestTicks = 50;         // at rest before and after, as logs are
+constexpr int kDisturbanceTicks = 20;  // 0.4 s
+constexpr int kSpeedTicks = 12;        // a quarter of a second
 
 /// What the wheels report, tick by tick, and what the robot's computer makes of it.
 class WheelOdometry {
@@ -80,6 +81,48 @@ class WheelOdometry {
   std::array<double, 3> counted_{};  // whole encoder steps
 };
 
+/// Slips and bumps, one in each of as many equal parts of the way, in turn as long as there are
+/// both.
+class Disturber {
+ public:
+  Disturber(const RobotOptions& options, double way, std::uint64_t seed) {
+    const int n = options.slips + options.bumps;
+    int slips = options.slips, bumps = options.bumps;
+    for (int i = 0; i < n; ++i) {
+      RandomStream r(seed, kDisturbance, static_cast<std::uint64_t>(i));
+      const bool bump = bumps > 0 && (slips == 0 || i % 2 == 1);
+      --(bump ? bumps : slips);
+      starts_.push_back(way * (i + r.uniform(0.3, 0.7)) / n);
+      const double side = r.uniform() < 0.5 ? -1 : 1;
+      const double way_off = r.uniform(0.05, 0.12), turn = side * radians(r.uniform(4, 12));
+      planned_.push_back(
+          {0, 0, bump, bump ? Vec3(0.02, side * way_off, turn) : Vec3(2 * way_off, 0, turn)});
+    }
+  }
+  /// The part of one that falls on this tick, while the robot drives; else nothing.
+  struct Part {
+    Vec3 slip = Vec3::Zero(), bump = Vec3::Zero();
+  };
+  Part next(double driven, Duration now, bool moves) {
+    if (left_ == 0 && next_ < starts_.size() && driven >= starts_[next_] && moves) {
+      left_ = kDisturbanceTicks;
+      done_.push_back(planned_[next_++]);
+      done_.back().begin = now, done_.back().end = now + kDisturbanceTicks * RobotRun::kTick;
+    }
+    if (left_ == 0) return {};
+    --left_;
+    const Vec3 part = done_.back().twist / kDisturbanceTicks;
+    return done_.back().bump ? Part{Vec3::Zero(), part} : Part{part, Vec3::Zero()};
+  }
+  const std::vector<Disturbance>& done() const { return done_; }
+
+ private:
+  std::vector<double> starts_;  // m driven
+  std::vector<Disturbance> planned_, done_;
+  std::size_t next_ = 0;
+  int left_ = 0;  // ticks
+};
+
 void check(const Path& path, const RobotOptions& o) {
   if (path.points.size() < 2) throw Error("the robot has nowhere to go: its path is empty");
   const bool good = o.speed > 0 && o.acceleration > 0 && o.turn_rate > 0 && o.track > 0 &&
@@ -108,6 +151,8 @@ void describe(OptionFields& fields, RobotOptions& o) {
   fields.add("robot.slip", o.slip, {"m/sqrt(m)", "random error of each wheel", 0, 0.5});
   fields.add("robot.steering_noise", o.steering_noise, {"rad", "of each reading", 0, 0.5});
   fields.add("robot.encoder_step", o.encoder_step, {"m", "rolled a tick, 0 for none", 0, 0.1});
+  fields.add("robot.slips", o.slips, {"", "times the wheels slip", 0, 1000});
+  fields.add("robot.bumps", o.bumps, {"", "times something pushes the robot", 0, 1000});
   fields.add("robot.wrong_direction", o.wrong_direction, {"", "backing is counted as ahead"});
 }
 
@@ -154,6 +199,8 @@ RobotRun drive_path(const Path& path, const RobotOptions& options, std::uint64_t
   std::vector<RobotState> states;
   std::vector<Vec3> measured;
   Pose2 T_world_robot = path.start, T_odom_robot;
+  Disturber disturber(options, length(path.points), seed);
+  double driven = 0;
   int rest = 0;
   while (rest < kRestTicks) {
     const std::size_t tick = states.size();
@@ -169,15 +216,19 @@ RobotRun drive_path(const Path& path, const RobotOptions& options, std::uint64_t
     const std::size_t used = std::min<std::size_t>(measured.size(), kSpeedTicks);
     for (std::size_t i = measured.size() - used; i < measured.size(); ++i) recent += measured[i];
     recent /= kSpeedTicks * dt;
-    states.push_back({T_world_robot, twist, T_odom_robot, recent.x(), recent.z()});
-    const Vec3 motion = twist * dt;
-    Vec3 believed = wheels.measure(motion, tick);
+    const auto disturbed = disturber.next(driven, static_cast<Duration>(tick) * RobotRun::kTick,
+                                          std::abs(twist.x()) > 0.5 * options.speed);
+    const Vec3 motion = twist * dt + disturbed.bump;
+    driven += twist.head<2>().norm() * dt;
+    states.push_back(
+        {T_world_robot, twist + disturbed.bump / dt, T_odom_robot, recent.x(), recent.z()});
+    Vec3 believed = wheels.measure(twist * dt, tick) + disturbed.slip;
     measured.push_back(believed);
     if (options.wrong_direction && believed.x() < 0) believed.x() = -believed.x();
     T_world_robot = T_world_robot * exp(motion);
     T_odom_robot = T_odom_robot * exp(believed);
   }
-  return RobotRun(std::move(states));
+  return RobotRun(std::move(states), disturber.done());
 }
 
 }  // namespace majak::sim

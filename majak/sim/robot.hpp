@@ -41,6 +41,8 @@ struct RobotOptions {
   double steering_noise = 0.002;  ///< rad, each reading, Ackermann
   double encoder_step = 0.0005;   ///< m rolled a tick, 0 for none
 
+  int slips = 0;                 ///< times at which the wheels turn more than the robot moves
+  int bumps = 0;                 ///< times at which something pushes the robot
   bool wrong_direction = false;  ///< the odometry counts the way it backs as a way ahead
 };
 void describe(OptionFields& fields, RobotOptions& options);
@@ -57,12 +59,20 @@ struct RobotState {
   double turn_rate = 0;  ///< rad/s, as the wheels say
 };
 
+/// What the wheels counted and the robot did not do (slip), or the other way round (bump).
+struct Disturbance {
+  Duration begin = 0, end = 0;  ///< from the start of the run
+  bool bump = false;
+  Vec3 twist = Vec3::Zero();  ///< m, m, rad in all
+};
+
 /// A finished drive.
 class RobotRun {
  public:
   static constexpr Duration kTick = kSecond / 50;
 
-  explicit RobotRun(std::vector<RobotState> states) : states_(std::move(states)) {}
+  explicit RobotRun(std::vector<RobotState> states, std::vector<Disturbance> disturbances = {})
+      : states_(std::move(states)), disturbances_(std::move(disturbances)) {}
 
   Duration duration() const { return static_cast<Duration>(states_.size() - 1) * kTick; }
   /// Times are counted from the start and held to [0, duration].
@@ -71,10 +81,12 @@ class RobotRun {
   const RobotState& state(Duration time) const { return states_[index(time)]; }
   const std::vector<RobotState>& states() const { return states_; }
   double path_length() const;  ///< m, of the truth
+  const std::vector<Disturbance>& disturbances() const { return disturbances_; }
 
  private:
   std::size_t index(Duration time) const;
   std::vector<RobotState> states_;
+  std::vector<Disturbance> disturbances_;
 };
 
 /// Drives the path from its first point to its last. Throws Error when the robot cannot follow it.

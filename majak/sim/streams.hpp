@@ -13,5 +13,6 @@ inline constexpr std::uint64_t kLaserRun = 3ULL << 40;
 inline constexpr std::uint64_t kBeam = 4ULL << 40;    // + scan, index: beam
 inline constexpr std::uint64_t kWalker = 5ULL << 40;  // index: person
 inline constexpr std::uint64_t kStamps = 6ULL << 40;  // index: scan
+inline constexpr std::uint64_t kDisturbance = 7ULL << 40;  // index: its number
 
 }  // namespace majak::sim
