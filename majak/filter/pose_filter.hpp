@@ -56,10 +56,12 @@ struct RelativeInput {
   Eigen::Matrix<double, Extra, 1> keep = Eigen::Matrix<double, Extra, 1>::Ones();
   Eigen::Matrix<double, Extra, 1> extra_noise = Eigen::Matrix<double, Extra, 1>::Zero();
 
+  /// `next` has its extra numbers at keep .* at. Noise of the extra numbers meanwhile is not felt
+  /// by the motion of `next`: numbers that wander have no by_extra, or do so slowly.
   void then(const RelativeInput& next) {
     const Mat3 carry = adjoint(next.T_from_to.inverse());
     T_from_to = T_from_to * next.T_from_to;
-    by_extra = carry * by_extra + next.by_extra;
+    by_extra = carry * by_extra + next.by_extra * keep.asDiagonal();
     noise = carry * noise * carry.transpose() + next.noise;
     keep.array() *= next.keep.array();
     extra_noise = (next.keep.array().square() * extra_noise.array()).matrix() + next.extra_noise;
