@@ -165,7 +165,10 @@ bool Kalman::orient(double least_way) {
   const Node& newest = nodes_.back();
   if (newest.fix != kNone && verdicts_[newest.fix].trusted) return find_heading(least_way);
   if (newest.seen.empty()) return false;
-  const beacon::PoseFix fix = beacon::resect(newest.seen, beacons_);
+  std::vector<BeaconSighting> together;
+  for (std::size_t k = nodes_.size(); k-- > 0 && nodes_[k].time == newest.time;)
+    together.insert(together.end(), nodes_[k].seen.begin(), nodes_[k].seen.end());
+  const beacon::PoseFix fix = beacon::resect(together, beacons_);
   if (fix.problem != beacon::FixProblem::none) return false;
   State state = beginning().nominal;
   state.T_map_robot = {};
