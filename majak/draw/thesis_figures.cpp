@@ -21,6 +21,8 @@ const ThesisFigure kFigures[] = {
      figure_trilateration},
     {7, "triangulation, and its error over the plane with the danger circle", false,
      figure_triangulation},
+    {8, "Kalman filter: prediction by wheels, correction by fixes, and the gain of one number",
+     false, figure_kalman},
     {13, "odometry of a mis-measured robot: true and believed trajectory, error by distance", true,
      figure_drift},
 };
