@@ -33,3 +33,18 @@ refused "$majak" localize short.log --start 1,2
 refused "$majak" localize short.log --start 1,2,x
 refused "$majak" localize short.log --set dead_reckoning.wheels=1
 refused "$majak" localize short.log -o short.log
+
+# Beacons: reflectors along the way, found again in the scans.
+awk '$1 == "TRUEPOS" && n++ % 60 == 30 {
+  printf "%d %.2f %.2f\n", ++b, $2 - 0.7 * sin($4), $3 + 0.7 * cos($4) }' short.log >hall.txt
+ok "$majak" simulate building --short --seed 3 --reflectors hall.txt -o reflectors.log
+ok "$majak" localize reflectors.log --method kalman --beacons hall.txt -o beacons --json
+grep -q '"beacon"' out || fail "no beacon was used"
+mean=$(sed -n 's/.*"translation_mean_m": \([0-9.e-]*\).*/\1/p' out)
+awk -v m="$mean" 'BEGIN { exit !(m > 0 && m < 0.05) }' || fail "$mean m off with beacons; 0.02 were seen"
+ok "$majak" localize reflectors.log --method beacons --beacons hall.txt -o alone
+ok "$majak" localize short.log --method kalman-laser -o laser
+grep -q 'kalman-laser' out || fail "$(cat out)"
+refused "$majak" localize reflectors.log --method beacons -o none
+printf '1 0 0\n1 2 2\n' >twice.txt
+refused "$majak" localize reflectors.log --method kalman --beacons twice.txt
