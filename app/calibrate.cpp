@@ -13,6 +13,7 @@
 
 #include "app/log_options.hpp"
 #include "app/progress.hpp"
+#include "app/square.hpp"
 #include "majak/core/error.hpp"
 #include "majak/io/atomic_file.hpp"
 #include "majak/io/options_file.hpp"
@@ -35,6 +36,9 @@ constexpr const char* kHelp =
     "  majak map other.log --options robot.toml     another log of the same robot\n"
     "  majak calibrate my.log --track 0.38          wheel difference in per cent, and the track\n"
     "  majak calibrate park --wheelbase 2.83        a car: speed and steering\n"
+    "  majak calibrate ends.txt --square 4          the square-path test: lines `left x y` and\n"
+    "                                               `right x y`, where squares of 4 m truly ended\n"
+    "                                               less where the odometry says so\n"
     "\n"
     "The log is mapped first; the poses of the finished map are what the wheels are held against.\n"
     "Drive straight on, turn to both sides, drive off and brake: what was not driven is not "
@@ -44,6 +48,7 @@ struct CalibrateOptions {
   std::string log, output;
   bool json = false;
   int threads = 0;
+  double square = 0;  ///< m, side; 0: the log is an ordinary one
   io::SourceOptions source;
   motion::LogCalibrationOptions calibration;
 };
@@ -174,6 +179,7 @@ Found calibrate(const CalibrateOptions& o) {
 }
 
 void run_calibrate(const CalibrateOptions& o) {
+  if (o.square > 0) return run_square({o.log, o.square, o.calibration.track, o.output, o.json});
   const Found found = calibrate(o);
   if (!o.output.empty()) {
     OptionFields fields;
@@ -204,6 +210,8 @@ void add_calibrate(CLI::App& app) {
                    "m between the wheels, as the robot's odometry believes")
       ->check(CLI::PositiveNumber.description(""));
   command->add_option("--wheelbase", o->calibration.wheelbase, "m, of a car: speed and steering")
+      ->check(CLI::PositiveNumber.description(""));
+  command->add_option("--square", o->square, "m, side of the squares: LOG lists where they ended")
       ->check(CLI::PositiveNumber.description(""));
   command->add_option("--threads", o->threads, "threads to use (default: all)")
       ->check(CLI::Range(1, 1024));
