@@ -71,14 +71,16 @@ struct RelativeInput {
     return {from.T_map_robot * T_from_to * exp(by_extra * (from.extra - at)),
             (keep.array() * from.extra.array()).matrix()};
   }
-  /// F: error at the end by error at the begin; Q: what is added.
-  typename State::Matrix transition() const {
+  /// F: error at the end by error at the begin, with these extra numbers there; Q: what is added.
+  typename State::Matrix transition(const Eigen::Matrix<double, Extra, 1>& extra) const {
+    const Vec3 beside = by_extra * (extra - at);
     typename State::Matrix f = State::Matrix::Zero();
-    f.template topLeftCorner<3, 3>() = adjoint(T_from_to.inverse());
-    f.template topRightCorner<3, Extra>() = by_extra;
+    f.template topLeftCorner<3, 3>() = adjoint((T_from_to * exp(beside)).inverse());
+    f.template topRightCorner<3, Extra>() = right_jacobian(beside) * by_extra;
     f.template bottomRightCorner<Extra, Extra>().diagonal() = keep;
     return f;
   }
+  typename State::Matrix transition() const { return transition(at); }
   typename State::Matrix added() const {
     typename State::Matrix q = State::Matrix::Zero();
     q.template topLeftCorner<3, 3>() = noise;
@@ -114,6 +116,9 @@ struct PoseBelief {
   State state() const { return nominal.plus(mean); }
   /// Nominal becomes the mean: what the extended filter does after each step.
   void settle() {
+    typename State::Matrix turn = State::Matrix::Identity();
+    turn.template topLeftCorner<3, 3>() = right_jacobian(mean.template head<3>());
+    covariance = (turn * covariance * turn.transpose()).eval();
     nominal = nominal.plus(mean);
     mean.setZero();
   }
@@ -121,7 +126,7 @@ struct PoseBelief {
   /// Prediction to `to`, the nominal state at the end; the motion's own where there is none better.
   void predict(const RelativeInput<Extra>& motion, const State* to = nullptr) {
     const State foretold = motion.apply(nominal);
-    const typename State::Matrix f = motion.transition();
+    const typename State::Matrix f = motion.transition(nominal.extra);
     nominal = to ? *to : foretold;
     mean = f * mean;
     if (to) mean += foretold.minus(*to);
@@ -164,7 +169,7 @@ template <int Extra>
 PoseBelief<Extra> smooth(const PoseBelief<Extra>& filtered, const PoseBelief<Extra>& predicted,
                          const RelativeInput<Extra>& motion, const PoseBelief<Extra>& next) {
   using Matrix = typename PoseState<Extra>::Matrix;
-  const Matrix cross = motion.transition() * filtered.covariance;
+  const Matrix cross = motion.transition(filtered.nominal.extra) * filtered.covariance;
   // What does not change has no spread to divide by: the smallest possible regularisation.
   Matrix p = predicted.covariance;
   p.diagonal().array() += 1e-12 * p.diagonal().array().max(1e-12);

@@ -10,17 +10,18 @@ bool GpsPieces::outage_between(const Seen& a, const GpsFix& b) const {
   return to_seconds(b.time - a.fix.time) > options_.outage;
 }
 
-FixVerdict GpsPieces::add(const GpsFix& fix, double way) {
+FixVerdict GpsPieces::add(const GpsFix& fix, double way, double turned) {
   bool begins = seen_.empty() || outage_between(seen_.back(), fix);
   if (!begins) {
     const Seen& last = seen_.back();
     const double step = std::hypot(fix.east - last.fix.east, fix.north - last.fix.north);
-    const double allowed = std::max(options_.jump, fix.sigma);
+    const double allowed =
+        std::max(options_.jump, fix.sigma) + options_.lever * std::abs(turned - last.turned);
     begins = std::abs(step - std::abs(way - last.way)) > allowed;
   }
   if (begins) members_.push_back(0);
   ++members_.back();
-  seen_.push_back({fix, way, members_.size() - 1});
+  seen_.push_back({fix, way, turned, members_.size() - 1});
   return {members_.size() - 1, members_.back() >= options_.least};
 }
 

@@ -16,8 +16,9 @@ namespace majak::localize {
 struct GpsPiecesOptions {
   double outage = 5;  ///< s without a fix; what follows is a new piece
   double jump =
-      0.35;       ///< m by which steps of fixes and wheels may differ, where no sigma is stated
-  int least = 3;  ///< fixes in a piece that counts
+      0.35;  ///< m by which steps of fixes and wheels may differ, where no sigma is stated
+  double lever = 1.5;  ///< m, how far the antenna may be from the robot's point
+  int least = 3;       ///< fixes in a piece that counts
 };
 
 struct FixVerdict {
@@ -29,16 +30,17 @@ class GpsPieces {
  public:
   explicit GpsPieces(const GpsPiecesOptions& options = {}) : options_(options) {}
 
-  /// The next fix, in order of time, and the way driven by then (m, backward counted too). The
+  /// The next fix, in order of time, and the way driven by then (m, backward counted too) and the
+  /// turns made (rad, either way): they swing the antenna, wherever it is. The
   /// verdict is that of the moment: whether an outage follows is not known yet.
-  FixVerdict add(const GpsFix& fix, double way);
+  FixVerdict add(const GpsFix& fix, double way, double turned = 0);
   /// Of all fixes, with what came after them.
   std::vector<FixVerdict> verdicts() const;
 
  private:
   struct Seen {
     GpsFix fix;
-    double way;
+    double way, turned;
     std::size_t piece;
   };
   bool outage_between(const Seen& a, const GpsFix& b) const;

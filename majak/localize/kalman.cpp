@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kBeginPosition = 30;  // m, before the first fix has been heard
 constexpr double kFirstHeading = 0.5;  // rad, of a heading taken from the first fixes
-constexpr double kConverged = 0.005;   // m that the last round of smoothing moves
+constexpr double kConverged = 0.002;   // m that the last round of smoothing moves
 constexpr std::size_t kMostStages = 40;
 constexpr double kLearnt = 0.7;        // share of its first variance from which a number is learnt
 constexpr std::size_t kPatience = 20;  // measurements that may wait for odometry
@@ -91,7 +91,7 @@ std::optional<Estimate> Kalman::at_once(Measured m) {
     report_.count("measurements older than those before them; taken as measured then");
     m.time = nodes_.back().time;
   }
-  if (m.fix != kNone) verdicts_.push_back(pieces_.add(fixes_[m.fix], way_));
+  if (m.fix != kNone) verdicts_.push_back(pieces_.add(fixes_[m.fix], way_, turned_));
   Node node;
   node.time = m.time;
   node.motion = pending_;
@@ -107,6 +107,7 @@ std::optional<Estimate> Kalman::at_once(Measured m) {
   recognise(std::move(m.seen));
 
   const std::size_t before = piece_;
+  const bool fixed = m.fix != kNone && verdicts_[m.fix].trusted;
   const bool found = !oriented_ && orient(options_.find_heading);
   if (!found)
     filter_node(nodes_.size() - 1, false, options_.gate, piece_,
@@ -204,6 +205,9 @@ Localization Kalman::finish() {
   while (!waiting_.empty()) take_waiting(waiting_.back().time);
   verdicts_ = pieces_.verdicts();
   if (!oriented_ && !fixes_.empty()) find_heading(options_.find_heading / 8);
+  // From where the filter saw the rest.
+  for (; oriented_ && settled_ < nodes_.size(); ++settled_)
+    nodes_[settled_].smoothed.nominal = nodes_[settled_].filtered.nominal;
   extend(settled_, 0);
   for (int k = 0; k < options_.rounds && round() > kConverged; ++k) weigh();
   Localization result;

@@ -51,7 +51,7 @@ struct KalmanOptions {
 
   double gate = 9;          ///< NIS beyond which a measurement is believed less
   double find_heading = 8;  ///< m driven between fixes before the heading is taken from them
-  int rounds = 12;          ///< of smoothing, at most
+  int rounds = 20;          ///< of smoothing, at most
 };
 void describe(OptionFields& fields, KalmanOptions& options);
 
@@ -154,9 +154,9 @@ class Kalman {
   std::optional<Odometry> odometry_;
   std::optional<ScanMatch> match_;
   std::deque<Measured> waiting_;  ///< for the odometry to come by
-  double way_ = 0;
-  Time clock_ = 0;           ///< up to which the motion is integrated
-  std::size_t settled_ = 0;  ///< nodes whose equations are linear at the smoothed path
+  double way_ = 0, turned_ = 0;   ///< m, rad, either way
+  Time clock_ = 0;                ///< up to which the motion is integrated
+  std::size_t settled_ = 0;       ///< nodes whose equations are linear at the smoothed path
   double settled_way_ = 0, cost_ = 0;
   bool begun_ = false, scans_ = false, oriented_ = false;
   Pose2 T_map_begin_;

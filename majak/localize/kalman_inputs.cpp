@@ -28,6 +28,7 @@ void Kalman::roll(const Vec3& twist, const WheelDerivative& twist_by_wheels, dou
       o.turn_noise * o.turn_noise * way + o.spin_noise * o.spin_noise * turn;
   pending_.then(step);
   way_ += way;
+  turned_ += turn;
   drift(seconds);
 }
 
@@ -180,10 +181,12 @@ Kalman::Motion Kalman::motion_to(std::size_t k, bool linear) const {
   if (linear && k > 0 && odometry_) {
     const Vec3 u =
         log(between(nodes_[k - 1].smoothed.nominal.T_map_robot, node.smoothed.nominal.T_map_robot));
+    const auto& extra = node.smoothed.nominal.extra;
+    const Vec2 counted = u.head<2>() / extra(kScale);  // what wheels without noise would report
     WheelDerivative by_wheels = WheelDerivative::Zero();
-    by_wheels.block<2, 1>(0, kScale) = u.head<2>();
-    by_wheels(2, kTurnScale) = u.z();
-    by_wheels(2, kTurnOffset) = u.x();
+    by_wheels.block<2, 1>(0, kScale) = counted;
+    by_wheels(2, kTurnScale) = (u.z() - extra(kTurnOffset) * counted.x()) / extra(kTurnScale);
+    by_wheels(2, kTurnOffset) = counted.x();
     motion.by_extra.leftCols<4>() = node.by_wheels * right_jacobian(u) * by_wheels;
   }
   if (!node.new_piece) return motion;

@@ -10,6 +10,8 @@ namespace majak::localize {
 namespace {
 
 constexpr double kStudent = 4;  // degrees of freedom of the fixes' errors
+constexpr double kLeastSlowWeight = 0.2;
+constexpr std::size_t kPieces = 5;
 constexpr double kNoGate = 1e9;
 constexpr int kRoundsPerStage = 30;
 constexpr double kSettled = 0.3;    // m, before fixes are weighed by how well they fit
@@ -96,17 +98,20 @@ double Kalman::converge() {
 // error is large (iteratively reweighted least squares).
 void Kalman::weigh() {
   std::size_t piece = kNone;
+  // With few pieces nothing tells a slow error from the path: freed, they slide away together.
+  const bool few = verdicts_.empty() || verdicts_.back().piece + 1 < kPieces;
   for (const Node& node : nodes_) {
     if (node.fix == kNone || !verdicts_[node.fix].trusted) continue;
     const auto z = see(fixes_[node.fix], 1, node.smoothed.nominal);
     const double squared = z.residual.squaredNorm() / z.noise(0, 0);
     weights_[node.fix] = (kStudent + 2) / (kStudent + squared);
-    if (verdicts_[node.fix].piece == piece) continue;
+    if (few || verdicts_[node.fix].piece == piece) continue;
     piece = verdicts_[node.fix].piece;
     const double sigma = fixes_[node.fix].sigma > 0 ? fixes_[node.fix].sigma : options_.gps_sigma;
     const double slow = node.smoothed.nominal.extra.segment<2>(kSlow).squaredNorm();
     slow_weights_.resize(std::max(slow_weights_.size(), piece + 1), 1);
-    slow_weights_[piece] = (kStudent + 2) / (kStudent + slow / (sigma * sigma));
+    slow_weights_[piece] =
+        std::clamp((kStudent + 2) / (kStudent + slow / (sigma * sigma)), kLeastSlowWeight, 1.0);
   }
 }
 
