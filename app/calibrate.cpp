@@ -105,12 +105,12 @@ void print_table(const motion::LogCalibration& found) {
 
 struct Found {
   motion::LogCalibration drive;
-  std::vector<SlipEvent> slips;
+  std::vector<motion::SlipEvent> slips;
   Time start = 0;
 };
 
 void print_slips(const Found& found) {
-  for (const SlipEvent& e : found.slips)
+  for (const motion::SlipEvent& e : found.slips)
     fmt::print("{:9.2f} s: {} for {:.1f} s, {:.2f} m and {:+.1f} degrees\n",
                to_seconds(e.begin - found.start), name_of(e.kind), to_seconds(e.end - e.begin),
                e.way, degrees(e.turn));
@@ -145,7 +145,7 @@ Json to_json(const CalibrateOptions& o, const Found& all) {
                    {"jitter_s", n.jitter}};
   json["not_told"] = c.not_told;
   json["slips"] = Json::array();
-  for (const SlipEvent& e : all.slips)
+  for (const motion::SlipEvent& e : all.slips)
     json["slips"].push_back({{"kind", name_of(e.kind)},
                              {"begin_s", to_seconds(e.begin)},
                              {"end_s", to_seconds(e.end)},

@@ -59,31 +59,12 @@ struct OdometryFindings {
   double rotation_noise = 0;          ///< rad per sqrt(rad), after mending
 };
 
-enum class SlipKind : std::uint8_t {
-  slip,  ///< the wheels turned more than the robot moved
-  push,  ///< the robot moved more than the wheels turned: a push or a bump
-  jump,  ///< the counters began anew
-};
-
-inline const char* name_of(SlipKind kind) {
-  return kind == SlipKind::slip ? "slip" : kind == SlipKind::push ? "push" : "jump";
-}
-
-/// Wheels and laser disagree by more than their noise (see motion/slip).
-struct SlipEvent {
-  Time begin = 0, end = 0;  ///< stamps of the scans before and after
-  SlipKind kind = SlipKind::slip;
-  double way = 0;   ///< m, of the disagreement
-  double turn = 0;  ///< rad, the robot's turn less the wheels'
-};
-
 struct Site {
   std::string source_name;  ///< the log's file name, without its folder
   std::vector<PosedScan> scans;
   std::vector<Constraint> constraints;
   std::vector<Truth> truth;  ///< as found in the log, may be empty
   OdometryFindings odometry;
-  std::vector<SlipEvent> slips;  ///< not kept in files
   bool used_odometry = false;
   std::string options_toml;  ///< effective options, can be fed back
   Report report;

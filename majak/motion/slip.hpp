@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "majak/core/event.hpp"
@@ -11,6 +12,24 @@
 #include "majak/motion/drive_log.hpp"
 
 namespace majak::motion {
+
+enum class SlipKind : std::uint8_t {
+  slip,  ///< the wheels turned more than the robot moved
+  push,  ///< the robot moved more than the wheels turned: a push or a bump
+  jump,  ///< the counters began anew
+};
+
+inline const char* name_of(SlipKind kind) {
+  return kind == SlipKind::slip ? "slip" : kind == SlipKind::push ? "push" : "jump";
+}
+
+/// Wheels and laser disagree by more than their noise.
+struct SlipEvent {
+  Time begin = 0, end = 0;  ///< stamps of the scans before and after
+  SlipKind kind = SlipKind::slip;
+  double way = 0;   ///< m, of the disagreement
+  double turn = 0;  ///< rad, the robot's turn less the wheels'
+};
 
 struct SlipOptions {
   double gate = 26;                ///< chi-square of a step, 3 degrees of freedom: 1 in 100 000
