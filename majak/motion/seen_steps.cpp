@@ -30,7 +30,7 @@ std::vector<SeenStep> seen_steps(const std::vector<LaserPose>& laser,
     step.doubt_before = from->doubt, step.doubt_after = to->doubt;
     step.seconds = to_seconds(laser[i].time - laser[i - 1].time);
     step.end = i;
-    step.broken = to->jumps != from->jumps;
+    step.broken = from->in_jump || to->jumps != from->jumps;
     twists.push_back(log(step.wheels));
     out.push_back(step);
   }

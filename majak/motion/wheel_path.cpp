@@ -64,6 +64,7 @@ std::optional<WheelPath::Point> WheelPath::at(Time laser_time) const {
       static_cast<double>(time - times_[i - 1]) / static_cast<double>(times_[i] - times_[i - 1]);
   const Vec3 left = (part - 1) * twists_[i];  // back from the sample after
   point.pose = point.pose * exp(left);
+  point.in_jump = point.jumps != points_[i - 1].jumps;
   point.way -= left.head<2>().norm(), point.turn -= std::abs(left.z());
   const double split = part * (1 - part);
   point.split_way = split * twists_[i].head<2>().norm();

@@ -35,6 +35,7 @@ class WheelPath {
     double way = 0;   ///< m rolled up to here, either way
     double turn = 0;  ///< rad turned up to here, either way
     int jumps = 0;
+    bool in_jump = false;  ///< within a step that is none
     /// f (1 - f) of the sample's way and turn, f the part of it before `time`: how much less the
     /// steps to both sides differ, for the sample's noise is shared out by interpolation.
     double split_way = 0, split_turn = 0;
