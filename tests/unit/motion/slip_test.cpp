@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/motion/slip.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "majak/core/random.hpp"
+
+namespace majak::motion {
+namespace {
+
+/// For half a second from `at` on the robot moves so much more than its wheels say.
+struct Disturbance {
+  double at;  ///< s
+  Vec3 extra;
+};
+
+struct Log {
+  std::vector<LaserPose> laser;
+  std::vector<WheelSample> wheels;
+};
+
+// Wheels at 20 Hz, laser at 10 Hz, with the usual noise. Around a disturbance the wheels roll as
+// told: 0.6 m/s ahead in a slip, not at all in a push.
+Log drive(std::uint64_t seed, double seconds, const std::vector<Disturbance>& disturbances = {}) {
+  const StepNoise usual;
+  RandomStream random(seed);
+  Log log;
+  Pose2 truth;
+  const double dt = 0.05;
+  for (int i = 0; i * dt < seconds; ++i) {
+    const double t = i * dt;
+    if (i % 2 == 0)
+      log.laser.push_back(
+          {from_seconds(t), truth * exp(Vec3(usual.laser_translation * random.normal(),
+                                             usual.laser_translation * random.normal(),
+                                             usual.laser_rotation * random.normal()))});
+    Vec3 counted = dt * Vec3(0.4 + 0.2 * std::sin(0.3 * t), 0, 0.3 * std::sin(0.2 * t));
+    Vec3 moved = Vec3::Zero();
+    for (const Disturbance& d : disturbances) {
+      if (t < d.at - 1e-9 || t > d.at + 0.5 - 1e-9) continue;
+      counted = d.extra.x() < 0 ? Vec3(0.6 * dt, 0, 0) : Vec3(0, 0, 0);
+      moved = d.extra * dt / 0.5;
+    }
+    truth = truth * exp(counted + moved);
+    const double way = std::abs(counted.x()), turn = std::abs(counted.z());
+    counted.x() += usual.ahead * std::sqrt(way) * random.normal();
+    counted.z() +=
+        std::hypot(usual.turn_of_way * std::sqrt(way), usual.turn_of_turn * std::sqrt(turn)) *
+        random.normal();
+    log.wheels.push_back({from_seconds(t + dt), counted, 0, false});
+  }
+  return log;
+}
+
+std::vector<SlipEvent> found(const Log& log) {
+  return find_slips(log.laser, log.wheels, {}, {0.1, 0, 0}, 0);
+}
+
+// Wheels roll 0.3 m and the robot 0.1 m; a push; a turn.
+const std::vector<Disturbance> kThree{{20, {-0.2, 0, 0}}, {40, {0.1, 0.173, 0}}, {60, {0, 0, 0.2}}};
+
+TEST(FindSlips, ASlipAPushAndATurnAreFoundAsTheyWere) {
+  const auto events = found(drive(1, 80, kThree));
+  ASSERT_EQ(events.size(), 3U);
+  const SlipKind kinds[] = {SlipKind::slip, SlipKind::push, SlipKind::push};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const SlipEvent& e = events[i];
+    const Vec3& extra = kThree[i].extra;
+    EXPECT_EQ(e.kind, kinds[i]) << i;
+    EXPECT_NEAR(e.way, extra.head<2>().norm(), 0.03) << i;
+    EXPECT_NEAR(e.turn, extra.z(), 0.03) << i;
+    // To a step of 0.3 s, and one quiet step.
+    EXPECT_NEAR(to_seconds(e.begin), kThree[i].at, 0.31) << i;
+    EXPECT_NEAR(to_seconds(e.end), kThree[i].at + 0.5, 0.31) << i;
+  }
+}
+
+// None seen in 100 minutes, 20 000 steps; the gate alone would let 1 step in 100 000 through.
+TEST(FindSlips, ACleanRunHasNone) {
+  std::size_t alarms = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) alarms += found(drive(100 + seed, 300)).size();
+  EXPECT_EQ(alarms, 0U);
+}
+
+TEST(FindSlips, PrecisionAndRecall) {
+  std::size_t hits = 0, told = 0, wanted = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    RandomStream random(seed, 1);
+    std::vector<Disturbance> all;
+    for (double t = 10; t < 110; t += 10) {
+      const double size = random.uniform(0.06, 0.3);
+      const auto kind = all.size() % 3;
+      all.push_back({t + random.uniform(0, 5), kind == 0   ? Vec3(-size, 0, 0)
+                                               : kind == 1 ? Vec3(0, size, 0)
+                                                           : Vec3(0, 0, size)});
+    }
+    const auto events = found(drive(200 + seed, 120, all));
+    wanted += all.size(), told += events.size();
+    for (const Disturbance& d : all)
+      hits += std::any_of(events.begin(), events.end(), [&](const SlipEvent& e) {
+        return to_seconds(e.begin) < d.at + 0.5 && to_seconds(e.end) > d.at;
+      });
+  }
+  EXPECT_EQ(wanted, 200U);
+  EXPECT_EQ(hits, wanted);
+  EXPECT_EQ(told, hits);
+}
+
+TEST(FindSlips, AJumpOfTheCountersIsOne) {
+  Log log = drive(2, 60);
+  log.wheels[600].twist.setZero(), log.wheels[600].jump = true;
+  const auto events = found(log);
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(events[0].kind, SlipKind::jump);
+  EXPECT_NEAR(to_seconds(events[0].begin), 30, 0.31);
+}
+
+// One pose that came late errs to one side and back: nothing is left of that.
+TEST(FindSlips, OneWrongPoseIsNone) {
+  Log log = drive(3, 60);
+  log.laser[300].T_map_robot = log.laser[300].T_map_robot * Pose2{0.1, 0, 0};
+  EXPECT_TRUE(found(log).empty());
+}
+
+}  // namespace
+}  // namespace majak::motion
