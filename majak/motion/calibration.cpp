@@ -233,9 +233,16 @@ void take_correction(const State& s, const CalibrationOptions& o, Calibration& o
       out[Unknown::laser_x].used || out[Unknown::laser_y].used || out[Unknown::laser_theta].used;
 }
 
+// Slips are rare; if a quarter of the steps are none, the laser's poses are wrong.
+bool contradicted(const Calibration& c) { return 4 * c.left_out > c.steps; }
+
 void say_what_is_not_told(const CalibrationOptions& o, Calibration& out) {
   const auto missing = [&](Unknown u) { return !out[u].used; };
   const auto say = [&](const char* text) { out.not_told.emplace_back(text); };
+  if (contradicted(out))
+    return say(
+        "anything: more than a quarter of the steps contradict the wheels; look at the map of this "
+        "log first (majak map), its poses do not hold");
   if (missing(Unknown::scale)) say("scale of ways: drive ten metres and more past things to see");
   if (missing(Unknown::turn_scale))
     say("scale of turns: turn by several full circles, to both sides");
@@ -298,6 +305,8 @@ Calibration calibrate(const std::vector<LaserPose>& laser, const std::vector<Whe
   }
   out.noise = state.noise;
   take_values(state, covariance, options, out);
+  if (contradicted(out))
+    for (Learnt& v : out.values) v.used = false;
   take_lengths(options, out);
   take_correction(state, options, out);
   say_what_is_not_told(options, out);

@@ -162,6 +162,21 @@ TEST(Calibration, PushesAreLeftOut) {
   for (int i = 0; i < 7; ++i) EXPECT_LT(std::abs(off(i)), 3.5 * std::sqrt(c.covariance(i, i))) << i;
 }
 
+// A laser that jumps about: nothing is taken from it.
+TEST(Calibration, PosesThatContradictTheWheelsTellNothing) {
+  Log log = drive(Way::bends, kFaults, 7);
+  Pose2 lost;
+  for (std::size_t i = 0; i < log.laser.size(); ++i) {
+    if (i % 8 == 0) lost = lost * Pose2{0.5, 0.3, 0.4};
+    log.laser[i].T_map_robot = lost * log.laser[i].T_map_robot;
+  }
+  const Calibration c = calibrated(log);
+  for (const Learnt& v : c.values) EXPECT_FALSE(v.used);
+  EXPECT_EQ(c.correction, DriveCorrection{});
+  ASSERT_EQ(c.not_told.size(), 1U);
+  EXPECT_EQ(c.not_told.front().rfind("anything", 0), 0U);
+}
+
 TEST(Calibration, TooLittleIsAnError) {
   const Log log = drive(Way::bends, {}, 8, 5);
   EXPECT_THROW(calibrated(log), Error);
