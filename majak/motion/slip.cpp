@@ -74,6 +74,7 @@ std::vector<SlipEvent> find_slips(const std::vector<LaserPose>& laser,
 
 std::vector<SlipEvent> find_slips(const DriveLog& log, const Site& site,
                                   const LogCalibration& found, double wheelbase) {
+  if (site.scans.empty()) return {};
   const std::vector<LaserPose> laser = laser_poses(site, found.source);
   SlipOptions options;
   const double seconds = to_seconds(site.scans.back().scan.time - site.scans.front().scan.time);

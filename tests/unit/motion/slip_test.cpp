@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "majak/core/error.hpp"
 #include "majak/core/random.hpp"
 
 namespace majak::motion {
@@ -123,6 +124,84 @@ TEST(FindSlips, OneWrongPoseIsNone) {
   Log log = drive(3, 60);
   log.laser[300].T_map_robot = log.laser[300].T_map_robot * Pose2{0.1, 0, 0};
   EXPECT_TRUE(found(log).empty());
+}
+
+// A whole log.
+
+// What a mapping of the log would leave.
+Site site_of(const Log& log) {
+  Site site;
+  for (const LaserPose& pose : log.laser) {
+    PosedScan s;
+    s.scan.time = pose.time;
+    s.estimate.T_map_robot = pose.T_map_robot;
+    s.estimate.health = Health::ok;
+    s.match_score = 1;
+    site.scans.push_back(s);
+  }
+  return site;
+}
+
+// The odometry as a stream, or in the scans' own records.
+DriveLog drive_log(const Log& log, bool in_scans) {
+  DriveLog out;
+  Pose2 pose;
+  for (const WheelSample& s : log.wheels) {
+    if (in_scans && s.time % (kSecond / 10) == kSecond / 20) {
+      Scan scan;
+      scan.time = s.time - kSecond / 20, scan.T_odom_robot = pose;
+      out.add(scan);
+    }
+    pose = pose * exp(s.twist);
+    if (!in_scans) out.add(Odometry{s.time, pose, {}, {}});
+  }
+  return out;
+}
+
+TEST(DriveLog, KeepsWhatTellsOfTheWheels) {
+  DriveLog log;
+  Scan front, rear, bare;
+  front.T_odom_robot = Pose2{1, 2, 3}, rear.laser = 1, front.time = 4;
+  for (const Event& event : {Event(Odometry{3, {5, 0, 0}, -0.5, {}}), Event(front), Event(rear),
+                             Event(WheelMotion{6, 1, 0.1}), Event(GpsFix{})})
+    log.add(event);
+  ASSERT_TRUE(log.stream.size() == 1 && log.wheels.size() == 1 && log.records.size() == 1);
+  EXPECT_EQ(log.records[0].time, 4);
+  EXPECT_EQ(log.records[0].T_odom_robot, (Pose2{1, 2, 3}));
+  EXPECT_EQ(log.records[0].speed, -0.5);  // as last stated
+  EXPECT_TRUE(log.all_scans_have_records);
+  log.add(bare);
+  EXPECT_FALSE(log.all_scans_have_records);
+}
+
+TEST(DriveLog, ScansThatAreNotPlacedWellTellNothing) {
+  Site site = site_of(drive(4, 1));
+  site.scans[2].match_score = 0.4F, site.scans[5].estimate.health = Health::lost;
+  const auto all = laser_poses(site, WheelSource::stream);
+  EXPECT_EQ(all.size(), site.scans.size() - 2);
+  const auto ordered = laser_poses(site, WheelSource::ordered, 1, 5);
+  ASSERT_EQ(ordered.size(), 3U);
+  EXPECT_EQ(ordered[0].time, kSecond);  // the scan's number
+  EXPECT_EQ(ordered[1].time, 3 * kSecond);
+}
+
+TEST(DriveLog, WithoutOdometryThereIsNoCalibration) {
+  EXPECT_THROW(calibrate_log({}, {}), Error);
+  EXPECT_THROW(calibrate_log({}, site_of(drive(4, 30))), Error);
+  EXPECT_TRUE(find_slips(DriveLog{}, Site{}, LogCalibration{}).empty());
+}
+
+TEST(DriveLog, SlipsAreFoundWhoeverTellsOfTheWheels) {
+  const Log log = drive(5, 80, kThree);
+  const Site site = site_of(log);
+  for (const WheelSource source :
+       {WheelSource::stream, WheelSource::records, WheelSource::ordered}) {
+    const auto events =
+        find_slips(drive_log(log, source != WheelSource::stream), site, {{}, source});
+    ASSERT_EQ(events.size(), 3U) << name_of(source);
+    for (std::size_t i = 0; i < 3; ++i)
+      EXPECT_NEAR(to_seconds(events[i].begin), kThree[i].at, 0.31) << name_of(source);
+  }
 }
 
 }  // namespace

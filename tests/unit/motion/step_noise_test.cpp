@@ -176,11 +176,14 @@ TEST(WhitenedSteps, ABrokenStepTellsNothing) {
 
 TEST(LearnNoise, FindsWhatWasSimulated) {
   const StepNoise truth{0.006, 0.003, 0.02, 0.012, 0.015, 0.02, 0.006};
-  const StepNoise found = learn_noise(simulated(2000, truth, 21), {});
-  for (const auto value :
-       {&StepNoise::laser_translation, &StepNoise::laser_rotation, &StepNoise::ahead,
-        &StepNoise::aside, &StepNoise::turn_of_way, &StepNoise::turn_of_turn, &StepNoise::jitter})
-    EXPECT_NEAR(found.*value / (truth.*value), 1, 0.2);
+  // Seen: rotation of the laser 0.81, all others 0.92 ... 1.12.
+  for (std::uint64_t seed = 30; seed < 50; ++seed) {
+    const StepNoise found = learn_noise(simulated(2000, truth, seed), {});
+    for (const auto value :
+         {&StepNoise::laser_translation, &StepNoise::laser_rotation, &StepNoise::ahead,
+          &StepNoise::aside, &StepNoise::turn_of_way, &StepNoise::turn_of_turn, &StepNoise::jitter})
+      EXPECT_NEAR(found.*value / (truth.*value), 1, 0.2) << seed;
+  }
 }
 
 }  // namespace
