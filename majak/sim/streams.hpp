@@ -10,9 +10,9 @@ namespace majak::sim {
 inline constexpr std::uint64_t kWheelRun = 1ULL << 40;
 inline constexpr std::uint64_t kWheelNoise = 2ULL << 40;  // index: tick
 inline constexpr std::uint64_t kLaserRun = 3ULL << 40;
-inline constexpr std::uint64_t kBeam = 4ULL << 40;    // + scan, index: beam
-inline constexpr std::uint64_t kWalker = 5ULL << 40;  // index: person
-inline constexpr std::uint64_t kStamps = 6ULL << 40;  // index: scan
+inline constexpr std::uint64_t kBeam = 4ULL << 40;         // + scan, index: beam
+inline constexpr std::uint64_t kWalker = 5ULL << 40;       // index: person
+inline constexpr std::uint64_t kStamps = 6ULL << 40;       // index: scan
 inline constexpr std::uint64_t kDisturbance = 7ULL << 40;  // index: its number
 
 }  // namespace majak::sim
