@@ -2,7 +2,7 @@
 // Wheels and satellites on the Victoria Park set, scored on fixes that were held out in whole
 // bursts: nothing is aligned afterwards. Folds: every other burst is held out, the first and the
 // last one never; one out: each burst by itself.
-//   run_victoria_park FOLDER [--set kalman.x=y]... [--one-out]
+//   run_victoria_park FOLDER [kalman.x=y]... [--one-out]
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -48,7 +48,7 @@ Data read(const std::string& folder) {
 }
 
 struct Scored {
-  std::vector<double> errors, nees;
+  std::vector<double> errors;
   double nis = 0;
   double largest = 0;  // of the online estimates, against the final ones
 };
@@ -70,7 +70,6 @@ Scored score(const Data& data, const std::set<int>& held, const localize::Kalman
   }
   const auto run = kalman.finish();
   eval::Trajectory path;
-  std::map<Time, Mat3> covariance;
   Scored s;
   for (const Estimate& e : run.estimates) {
     path.push_back({e.time, e.T_map_robot});
@@ -122,6 +121,7 @@ void print(const std::string& name, Scored s) {
 
 int main(int argc, char** argv) {
   try {
+    if (argc < 2) throw Error("run_victoria_park FOLDER [NAME=VALUE ...] [--one-out]");
     localize::KalmanOptions options;
     OptionFields fields;
     localize::describe(fields, options);

@@ -10,6 +10,8 @@
 
 #include "majak/beacon/reflectors.hpp"
 
+#include "majak/core/rigid_fit.hpp"
+
 namespace majak::beacon {
 namespace {
 
@@ -70,23 +72,6 @@ Vec2 place(const BeaconSighting& s) {
   return s.T_robot_sensor * Vec2(*s.range * std::cos(*s.bearing), *s.range * std::sin(*s.bearing));
 }
 
-/// The pose that brings points of the robot onto points of the map best (MATH 7.13); Arun, Huang
-/// and Blostein 1987 in the plane.
-Pose2 align(std::span<const Vec2> robot, std::span<const Vec2> map) {
-  Vec2 robot_mean = Vec2::Zero(), map_mean = Vec2::Zero();
-  const auto n = static_cast<double>(robot.size());
-  for (std::size_t i = 0; i < robot.size(); ++i) robot_mean += robot[i] / n, map_mean += map[i] / n;
-  double dots = 0, crosses = 0;
-  for (std::size_t i = 0; i < robot.size(); ++i) {
-    const Vec2 a = robot[i] - robot_mean, b = map[i] - map_mean;
-    dots += a.dot(b);
-    crosses += a.x() * b.y() - a.y() * b.x();
-  }
-  const Pose2 turn{0, 0, std::atan2(crosses, dots)};
-  const Vec2 t = map_mean - turn * robot_mean;
-  return {t.x(), t.y(), turn.theta};
-}
-
 struct Guess {
   Pose2 T_map_robot;
   std::vector<Pair> pairs;
@@ -125,7 +110,7 @@ Guess refined(const Guess& guess, std::span<const Vec2> robot, const BeaconMap& 
     from.push_back(robot[p.sighting]);
     to.push_back(map.beacons[p.beacon].p_map);
   }
-  return judge(align(from, to), robot, map, distance);
+  return judge(rigid_fit(from, to), robot, map, distance);
 }
 
 /// Every two reflectors that are as far apart as two beacons propose a pose; the pose with the most
@@ -135,7 +120,7 @@ std::vector<Pair> by_distances(std::span<const Vec2> robot, const BeaconMap& map
   const auto propose = [&](std::size_t i, std::size_t j, std::size_t a, std::size_t b) {
     const std::array<Vec2, 2> from = {robot[i], robot[j]};
     const std::array<Vec2, 2> to = {map.beacons[a].p_map, map.beacons[b].p_map};
-    Guess guess = judge(align(from, to), robot, map, distance);
+    Guess guess = judge(rigid_fit(from, to), robot, map, distance);
     if (guess.pairs.size() < 3 || guess.pairs.size() < rival.pairs.size()) return;
     guess = refined(guess, robot, map, distance);
     if (guess.near(best, distance) || best.pairs.empty()) {

@@ -6,18 +6,13 @@
 #include <memory>
 #include <utility>
 
+#include "majak/motion/drive_correction.hpp"
+
 namespace majak::localize {
 namespace {
 
-// A step that no robot makes, in m and rad: so much at once, and so much a second.
-constexpr double kMostStep = 2, kMostSpeed = 40, kMostTurn = 1.5, kMostTurnRate = 10;
 constexpr double kUnsure = 0.5;             // rad, sigma of the heading (MATH 6.2)
 constexpr Duration kLongestHold = kSecond;  // beyond this nobody knows what the wheels did
-
-bool leaps(const Pose2& step, double seconds) {
-  return step.translation().norm() > kMostStep + kMostSpeed * seconds ||
-         std::abs(step.theta) > kMostTurn + kMostTurnRate * seconds;
-}
 
 class DeadReckoning {
  public:
@@ -47,7 +42,7 @@ class DeadReckoning {
     const auto last = std::exchange(last_pose_, {{time, T_odom_robot}});
     if (!last) return estimate(time);
     const Pose2 step = between(last->second, T_odom_robot);
-    if (leaps(step, std::abs(to_seconds(time - last->first))))
+    if (motion::leaps(step, std::abs(to_seconds(time - last->first))))
       result_.report.count("jump of the odometry: the step is left out");
     else
       move_by_odometry(log(step));

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "majak/beacon/resection.hpp"
+#include "majak/core/rigid_fit.hpp"
 
 namespace majak::localize {
 namespace {
@@ -17,21 +18,6 @@ constexpr double kConverged = 0.002;   // m that the last round of smoothing mov
 constexpr std::size_t kMostStages = 40;
 constexpr double kLearnt = 0.7;        // share of its first variance from which a number is learnt
 constexpr std::size_t kPatience = 20;  // measurements that may wait for odometry
-
-// The rotation and shift that bring the points `from` nearest to `to` (Umeyama 1991, in the plane).
-Pose2 align(const std::vector<Vec2>& from, const std::vector<Vec2>& to) {
-  Vec2 a = Vec2::Zero(), b = Vec2::Zero();
-  for (std::size_t i = 0; i < from.size(); ++i) a += from[i], b += to[i];
-  a /= static_cast<double>(from.size()), b /= static_cast<double>(from.size());
-  double cosine = 0, sine = 0;
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    const Vec2 p = from[i] - a, q = to[i] - b;
-    cosine += p.dot(q), sine += p.x() * q.y() - p.y() * q.x();
-  }
-  const Pose2 turn{0, 0, std::atan2(sine, cosine)};
-  const Vec2 shift = b - turn * a;
-  return {shift.x(), shift.y(), turn.theta};
-}
 
 }  // namespace
 
@@ -107,7 +93,6 @@ std::optional<Estimate> Kalman::at_once(Measured m) {
   recognise(std::move(m.seen));
 
   const std::size_t before = piece_;
-  const bool fixed = m.fix != kNone && verdicts_[m.fix].trusted;
   const bool found = !oriented_ && orient(options_.find_heading);
   if (!found)
     filter_node(nodes_.size() - 1, false, options_.gate, piece_,
@@ -157,7 +142,8 @@ Kalman::Belief Kalman::beginning() const {
   variance(3 + kTurnOffset) = offset * offset;
   variance(3 + kCurve) = o.steering_curve_sigma * o.steering_curve_sigma;
   variance.segment<2>(3 + kAntenna).setConstant(o.antenna_sigma * o.antenna_sigma);
-  variance.segment<2>(3 + kSlow).setConstant(o.gps_sigma * o.gps_sigma / slow_weight(0));
+  const double slow = fixes_.empty() ? o.gps_sigma : sigma_of(fixes_.front());
+  variance.segment<2>(3 + kSlow).setConstant(slow * slow / slow_weight(0));
   return b;
 }
 
@@ -194,7 +180,7 @@ bool Kalman::find_heading(double least_way) {
   double widest = 0;
   for (const Vec2& p : driven) widest = std::max(widest, (p - driven.front()).norm());
   if (widest < least_way) return false;
-  T_map_begin_ = align(driven, fixed);
+  T_map_begin_ = rigid_fit(driven, fixed);
   oriented_ = true;
   return true;
 }
@@ -204,9 +190,10 @@ bool Kalman::find_heading(double least_way) {
 Localization Kalman::finish() {
   while (!waiting_.empty()) take_waiting(waiting_.back().time);
   verdicts_ = pieces_.verdicts();
-  if (!oriented_ && !fixes_.empty()) find_heading(options_.find_heading / 8);
-  // From where the filter saw the rest.
-  for (; oriented_ && settled_ < nodes_.size(); ++settled_)
+  const bool oriented = oriented_;
+  if (!oriented && !fixes_.empty()) find_heading(options_.find_heading / 8);
+  // From where the filter saw the rest, if it knew the heading by then.
+  for (; oriented && settled_ < nodes_.size(); ++settled_)
     nodes_[settled_].smoothed.nominal = nodes_[settled_].filtered.nominal;
   extend(settled_, 0);
   for (int k = 0; k < options_.rounds && round() > kConverged; ++k) weigh();
@@ -220,15 +207,12 @@ Localization Kalman::finish() {
 }
 
 std::vector<LearntValue> Kalman::learnt(const Belief& belief) const {
-  const auto value = [&](const char* name, const char* unit, int k) {
-    return LearntValue{name, unit, belief.nominal.extra(k),
-                       std::sqrt(belief.covariance(3 + k, 3 + k))};
-  };
   std::vector<LearntValue> values;
   const Belief prior = beginning();
   const auto tell = [&](const char* name, const char* unit, int k) {
-    if (belief.covariance(3 + k, 3 + k) < kLearnt * prior.covariance(3 + k, 3 + k))
-      values.push_back(value(name, unit, k));
+    const double variance = belief.covariance(3 + k, 3 + k);
+    if (variance < kLearnt * prior.covariance(3 + k, 3 + k))
+      values.push_back({name, unit, belief.nominal.extra(k), std::sqrt(variance)});
   };
   if (wheels_ || odometry_) {
     tell("scale of the way", "1", kScale);

@@ -72,9 +72,8 @@ class Kalman {
   Localization finish();
 
  private:
-  /// Beside the pose: four numbers of the wheels (scale, turn scale, turn per way, bend
-  /// of the steering's scale), the antenna on
-  /// the robot (ahead, left), the satellites' slow error (east, north).
+  /// Beside the pose: four numbers of the wheels (scale, turn scale, turn per way, cube of the
+  /// steering), the antenna on the robot (ahead, left), the satellites' slow error (east, north).
   static constexpr int kExtra = 8;
   static constexpr int kScale = 0, kTurnScale = 1, kTurnOffset = 2, kCurve = 3, kAntenna = 4,
                        kSlow = 6;
@@ -118,6 +117,8 @@ class Kalman {
   void drive(const WheelMotion& wheels);
   std::optional<Estimate> drive(Time time, const Pose2& T_odom_robot);
   void drift(double seconds);
+  static WheelDerivative by_odometry(const Vec3& twist);
+  double sigma_of(const GpsFix& fix) const;
   void roll(const Vec3& twist, const WheelDerivative& twist_by_wheels, double seconds);
   Motion motion_to(std::size_t k, bool linear) const;
   Belief beginning() const;

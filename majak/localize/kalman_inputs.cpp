@@ -38,7 +38,7 @@ void Kalman::drift(double seconds) {
   Motion idle;
   idle.at = pending_.at;
   const double keep = std::exp(-seconds / options_.gps_memory);
-  const double slow = options_.gps_sigma;
+  const double slow = fixes_.empty() ? options_.gps_sigma : sigma_of(fixes_.back());
   idle.keep.tail<2>().setConstant(keep);
   idle.extra_noise.tail<2>().setConstant(slow * slow * (1 - keep * keep));
   if (!wheels_ && !odometry_)
@@ -66,6 +66,19 @@ void Kalman::drive(const WheelMotion& next) {
   wheels_ = next;
 }
 
+// What scale, turn scale and turn per way do to a step that the odometry counted as u.
+Kalman::WheelDerivative Kalman::by_odometry(const Vec3& u) {
+  WheelDerivative by_wheels = WheelDerivative::Zero();
+  by_wheels.block<2, 1>(0, kScale) = u.head<2>();
+  by_wheels(2, kTurnScale) = u.z();
+  by_wheels(2, kTurnOffset) = u.x();
+  return by_wheels;
+}
+
+double Kalman::sigma_of(const GpsFix& fix) const {
+  return fix.sigma > 0 ? fix.sigma : options_.gps_sigma;
+}
+
 // The odometry's own poses: what is measured between two of them waits for the second.
 std::optional<Estimate> Kalman::drive(Time time, const Pose2& T_odom_robot) {
   std::optional<Estimate> newest;
@@ -75,11 +88,7 @@ std::optional<Estimate> Kalman::drive(Time time, const Pose2& T_odom_robot) {
     const auto go = [&](Time until) {
       const double part = to_seconds(until - clock_) / whole;
       const Vec3 u = part * all;
-      WheelDerivative by_wheels = WheelDerivative::Zero();
-      by_wheels.block<2, 1>(0, kScale) = u.head<2>();
-      by_wheels(2, kTurnScale) = u.z();
-      by_wheels(2, kTurnOffset) = u.x();
-      roll(u, by_wheels, part * whole);
+      roll(u, by_odometry(u), part * whole);
       clock_ = until;
     };
     while (!waiting_.empty() && waiting_.front().time <= time) {
@@ -135,8 +144,7 @@ filter::AbsoluteInput<Kalman::kExtra, 2> Kalman::see(const GpsFix& fix, double w
   z.H.col(2) = turn * Vec2(-antenna.y(), antenna.x());
   z.H.middleCols<2>(3 + kAntenna) = turn;
   z.H.middleCols<2>(3 + kSlow).setIdentity();
-  const double sigma = fix.sigma > 0 ? fix.sigma : options_.gps_sigma;
-  const double fast = options_.gps_fast_share * sigma;
+  const double fast = options_.gps_fast_share * sigma_of(fix);
   z.noise = Eigen::Matrix2d::Identity() * (fast * fast / weight);
   return z;
 }
@@ -144,7 +152,11 @@ filter::AbsoluteInput<Kalman::kExtra, 2> Kalman::see(const GpsFix& fix, double w
 // Range and bearing of a beacon, each by itself: q is the beacon in the robot's axes.
 void Kalman::see(const BeaconSighting& sighting, double gate, Belief& belief,
                  std::vector<Innovation>* innovations) const {
-  const auto correct = [&](double residual, const Vec2& by_q, double sigma, const Vec2& q) {
+  const Vec2 p_map = beacons_.find(sighting.beacon)->p_map;
+  // At the nominal state, which a correction leaves alone.
+  const Vec2 q = belief.nominal.T_map_robot.inverse() * p_map;
+  const Vec2 way = q - sighting.T_robot_sensor.translation();
+  const auto correct = [&](double residual, const Vec2& by_q, double sigma) {
     filter::AbsoluteInput<kExtra, 1> z;
     z.residual << residual;
     z.H.setZero();
@@ -155,20 +167,13 @@ void Kalman::see(const BeaconSighting& sighting, double gate, Belief& belief,
     if (innovations)
       innovations->push_back({sighting.time, "beacon", done.nis, 1, done.share == 1});
   };
-  const Vec2 p_map = beacons_.find(sighting.beacon)->p_map;
-  const auto from_sensor = [&](Vec2& q) {  // at the nominal state, which a correction leaves alone
-    q = belief.nominal.T_map_robot.inverse() * p_map;
-    return Vec2(q - sighting.T_robot_sensor.translation());
-  };
-  Vec2 q;
-  const Vec2 way = from_sensor(q);
   const double range = way.norm();
   if (range < kTooNear) return;
-  if (sighting.range) correct(*sighting.range - range, way / range, sighting.range_sigma, q);
+  if (sighting.range) correct(*sighting.range - range, way / range, sighting.range_sigma);
   if (sighting.bearing) {
     const double bearing = std::atan2(way.y(), way.x()) - sighting.T_robot_sensor.theta;
     correct(angle_diff(*sighting.bearing, bearing), Vec2(-way.y(), way.x()) / (range * range),
-            sighting.bearing_sigma, q);
+            sighting.bearing_sigma);
   }
 }
 
@@ -182,15 +187,12 @@ Kalman::Motion Kalman::motion_to(std::size_t k, bool linear) const {
     const Vec3 u =
         log(between(nodes_[k - 1].smoothed.nominal.T_map_robot, node.smoothed.nominal.T_map_robot));
     const auto& extra = node.smoothed.nominal.extra;
-    const Vec2 counted = u.head<2>() / extra(kScale);  // what wheels without noise would report
-    WheelDerivative by_wheels = WheelDerivative::Zero();
-    by_wheels.block<2, 1>(0, kScale) = counted;
-    by_wheels(2, kTurnScale) = (u.z() - extra(kTurnOffset) * counted.x()) / extra(kTurnScale);
-    by_wheels(2, kTurnOffset) = counted.x();
-    motion.by_extra.leftCols<4>() = node.by_wheels * right_jacobian(u) * by_wheels;
+    Vec3 counted = u / extra(kScale);  // what wheels without noise would report
+    counted.z() = (u.z() - extra(kTurnOffset) * counted.x()) / extra(kTurnScale);
+    motion.by_extra.leftCols<4>() = node.by_wheels * right_jacobian(u) * by_odometry(counted);
   }
   if (!node.new_piece) return motion;
-  const double sigma = fixes_[node.fix].sigma > 0 ? fixes_[node.fix].sigma : options_.gps_sigma;
+  const double sigma = sigma_of(fixes_[node.fix]);
   motion.keep.tail<2>().setZero();
   motion.extra_noise.tail<2>().setConstant(sigma * sigma / slow_weight(verdicts_[node.fix].piece));
   return motion;

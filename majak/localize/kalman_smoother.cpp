@@ -83,8 +83,7 @@ void Kalman::extend(std::size_t from, double bend) {
     State& nominal = nodes_[k].smoothed.nominal;
     nominal =
         k == 0 ? beginning().nominal : motion_to(k, false).apply(nodes_[k - 1].smoothed.nominal);
-    if (k != from) continue;
-    nominal.extra(kTurnOffset) += bend;
+    if (k == from) nominal.extra(kTurnOffset) += bend;
   }
 }
 
@@ -107,7 +106,7 @@ void Kalman::weigh() {
     weights_[node.fix] = (kStudent + 2) / (kStudent + squared);
     if (few || verdicts_[node.fix].piece == piece) continue;
     piece = verdicts_[node.fix].piece;
-    const double sigma = fixes_[node.fix].sigma > 0 ? fixes_[node.fix].sigma : options_.gps_sigma;
+    const double sigma = sigma_of(fixes_[node.fix]);
     const double slow = node.smoothed.nominal.extra.segment<2>(kSlow).squaredNorm();
     slow_weights_.resize(std::max(slow_weights_.size(), piece + 1), 1);
     slow_weights_[piece] =

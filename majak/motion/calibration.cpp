@@ -60,13 +60,6 @@ std::vector<SeenStep> compare(const std::vector<LaserPose>& laser,
   return steps;
 }
 
-// d exp(twist): exp(twist + d) = exp(twist) exp(J d), to the third order of a small turn.
-Mat3 right_jacobian(const Vec3& twist) {
-  Mat3 ad;
-  ad << 0, -twist.z(), twist.y(), twist.z(), 0, -twist.x(), 0, 0, 0;
-  return Mat3::Identity() - 0.5 * ad + ad * ad / 6;
-}
-
 /// How the corrected twist changes with scale, turn scale and unevenness.
 Mat3 by_drive(const Vec3& twist, const State& s, const CalibrationOptions& o) {
   const DriveCorrection& c = s.correction;

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <utility>
 
+#include "majak/motion/drive_correction.hpp"
+
 namespace majak::motion {
 namespace {
 
 constexpr std::size_t kNoRecord = static_cast<std::size_t>(-1);
-// A step that no robot makes, in m and rad: so much at once, and so much a second.
-constexpr double kMostStep = 2, kMostSpeed = 40, kMostTurn = 1.5, kMostTurnRate = 10;
 constexpr std::size_t kHistory = 2000;  // scans looked back at when learning
 constexpr std::size_t kSampled = 400;   // scans that a search over lags looks at
 constexpr std::size_t kLeastSteps = 100;
@@ -24,11 +24,6 @@ constexpr double kUsableLag = 0.03, kUsableScale = 0.02, kUsablePlace = 0.02, kU
 constexpr double kLagFloor = 0.007;  // s
 // What the laser's own steps are wrong by, seen over simulated drives.
 constexpr double kScaleFloor = 0.0015, kTurnScaleFloor = 0.002;
-
-bool leaps(const Pose2& step, double seconds) {
-  return step.translation().norm() > kMostStep + kMostSpeed * seconds ||
-         std::abs(step.theta) > kMostTurn + kMostTurnRate * seconds;
-}
 
 }  // namespace
 

@@ -262,6 +262,25 @@ TEST(Kalman, WrongFixesDoNotMoveThePath) {
   }
 }
 
+// What a receiver says of its fixes counts as if it had been told by an option.
+TEST(Kalman, AStatedSigmaIsTheOption) {
+  KalmanOptions options;
+  options.gps_sigma = 2;
+  options.pieces.jump = 2;
+  Kalman told(options);
+  options.gps_sigma = 0.35;
+  Kalman stated(options);
+  for (Event event : simulate(8, {.seconds = 60}).events) {
+    told.add(event);
+    if (auto* fix = std::get_if<GpsFix>(&event)) fix->sigma = 2;
+    stated.add(event);
+  }
+  const auto a = told.finish(), b = stated.finish();
+  EXPECT_GT(a.estimates.back().covariance(0, 0), 1);  // 2 m of error do not average away
+  EXPECT_EQ(a.estimates.back().T_map_robot, b.estimates.back().T_map_robot);
+  EXPECT_EQ(a.estimates.back().covariance, b.estimates.back().covariance);
+}
+
 TEST(Kalman, FixesAloneGiveAPathNearThem) {
   std::vector<Event> events;
   RandomStream random(6);
