@@ -81,6 +81,15 @@ struct RelativeInput {
     return f;
   }
   typename State::Matrix transition() const { return transition(at); }
+  /// The same between nominal states that the motion does not join: the error at `to` in the axes
+  /// of `to` itself. Left in those of the foretold state, the turns that the noise made would add
+  /// up, and shifting the whole path, which no relative input can notice, would seem measured.
+  typename State::Matrix transition(const State& from, const State& to) const {
+    typename State::Matrix f = transition(from.extra);
+    const Pose2 T_to_foretold = between(to.T_map_robot, apply(from).T_map_robot);
+    f.template topRows<3>() = (adjoint(T_to_foretold) * f.template topRows<3>()).eval();
+    return f;
+  }
   typename State::Matrix added() const {
     typename State::Matrix q = State::Matrix::Zero();
     q.template topLeftCorner<3, 3>() = noise;
@@ -126,7 +135,7 @@ struct PoseBelief {
   /// Prediction to `to`, the nominal state at the end; the motion's own where there is none better.
   void predict(const RelativeInput<Extra>& motion, const State* to = nullptr) {
     const State foretold = motion.apply(nominal);
-    const typename State::Matrix f = motion.transition(nominal.extra);
+    const typename State::Matrix f = motion.transition(nominal, to ? *to : foretold);
     nominal = to ? *to : foretold;
     mean = f * mean;
     if (to) mean += foretold.minus(*to);
@@ -169,7 +178,7 @@ template <int Extra>
 PoseBelief<Extra> smooth(const PoseBelief<Extra>& filtered, const PoseBelief<Extra>& predicted,
                          const RelativeInput<Extra>& motion, const PoseBelief<Extra>& next) {
   using Matrix = typename PoseState<Extra>::Matrix;
-  const Matrix cross = motion.transition(filtered.nominal.extra) * filtered.covariance;
+  const Matrix cross = motion.transition(filtered.nominal, predicted.nominal) * filtered.covariance;
   // What does not change has no spread to divide by: the smallest possible regularisation.
   Matrix p = predicted.covariance;
   p.diagonal().array() += 1e-12 * p.diagonal().array().max(1e-12);
