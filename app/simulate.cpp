@@ -15,6 +15,7 @@
 #include "majak/core/error.hpp"
 #include "majak/io/beacon_map.hpp"
 #include "majak/io/carmen_writer.hpp"
+#include "majak/io/mcap_log_writer.hpp"
 #include "majak/io/options_file.hpp"
 #include "majak/sim/buildings.hpp"
 #include "majak/sim/plan.hpp"
@@ -55,12 +56,15 @@ constexpr const char* kHelp =
     "  majak simulate ring -o ring.log --seed 7     a corridor that closes on itself\n"
     "  majak simulate plan.txt --drive ackermann    your own plan: '#' wall, '.' floor, '>' start\n"
     "  majak simulate floor.png --cell 0.02         a picture, dark is wall, 2 cm a pixel\n"
+    "  majak simulate --drive ackermann -o car.mcap   a car: speed and steering, no poses\n"
     "  majak simulate --reflectors r.txt            with reflectors, and how bright each echo is\n"
     "  majak simulate --lag 0.1 --wrong-direction   a log as bad as some old ones\n"
     "\n"
-    "The log is in CARMEN's format, the true poses are its TRUEPOS lines. Equal options and seed "
-    "give\n"
-    "equal bytes.\n";
+    "The log is in CARMEN's format, the true poses are its TRUEPOS lines; or, if its name ends in\n"
+    ".mcap, a recording of ROS 2 with the true poses on /ground_truth. There an Ackermann drive\n"
+    "reports its speed and steering on /drive. Equal options and seed give equal bytes.\n";
+
+bool is_mcap(const fs::path& log) { return log.extension() == ".mcap"; }
 
 sim::Scene find_scene(const SimulateOptions& o) {
   const auto names = sim::built_in_names();
@@ -73,7 +77,8 @@ struct Summary {
   std::int64_t scans = 0, odometry = 0, beams = 0, returns = 0;
 
   void add(const Event& event) {
-    if (std::holds_alternative<Odometry>(event)) ++odometry;
+    odometry +=
+        std::holds_alternative<Odometry>(event) || std::holds_alternative<WheelMotion>(event);
     const auto* scan = std::get_if<Scan>(&event);
     if (scan == nullptr) return;
     ++scans;
@@ -121,8 +126,34 @@ void print_summary(const SimulateOptions& o, const Summary& s, const sim::RobotR
       100 * no_return, error, degrees(turn));
 }
 
+Summary write_log(sim::Simulator& simulator, const SimulateOptions& o) {
+  Summary summary;
+  const auto write = [&](auto& log) {
+    while (const auto event = simulator.next()) {
+      summary.add(*event);
+      log.write(*event);
+    }
+  };
+  if (is_mcap(o.output)) {
+    const fs::path unfinished = o.output + ".part";
+    io::McapLogWriter log(unfinished.string());
+    write(log);
+    log.close();
+    fs::rename(unfinished, o.output);
+    return summary;
+  }
+  io::CarmenWriter log(o.output,
+                       fmt::format("simulated by majak: world {}, seed {}",
+                                   fs::path(o.world).filename().string(), o.simulation.seed));
+  write(log);
+  log.commit();
+  return summary;
+}
+
 void run_simulate(SimulateOptions& o) {
   o.simulation.robot.drive = drive_of(o.drive);
+  o.simulation.robot.reports_steering =
+      is_mcap(o.output) && o.simulation.robot.drive == sim::DriveKind::ackermann;
   OptionFields fields;
   sim::describe(fields, o.simulation);
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
@@ -137,15 +168,7 @@ void run_simulate(SimulateOptions& o) {
   if (o.output.empty()) o.output = fs::path(o.world).stem().string() + ".log";
   const sim::Path path = sim::plan_tour(world, o.tour);
   sim::Simulator simulator(world, path, o.simulation);
-  io::CarmenWriter log(o.output,
-                       fmt::format("simulated by majak: world {}, seed {}",
-                                   fs::path(o.world).filename().string(), o.simulation.seed));
-  Summary summary;
-  while (const auto event = simulator.next()) {
-    summary.add(*event);
-    log.write(*event);
-  }
-  log.commit();
+  const Summary summary = write_log(simulator, o);
   print_summary(o, summary, simulator.run());
 }
 
@@ -156,7 +179,8 @@ void add_simulate(CLI::App& app) {
   CLI::App* command = app.add_subcommand("simulate", kHelp);
   command->add_option("world", o->world, "building, ring, corridor, or a plan (text or PNG)")
       ->capture_default_str();
-  command->add_option("-o,--output", o->output, "the log; default: the world's name with .log");
+  command->add_option("-o,--output", o->output,
+                      "the log, .log or .mcap; default: the world's name with .log");
   command->add_option("--seed", o->simulation.seed, "another number, another run")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // McapLogWriter: events as the messages of ROS 2 in an MCAP file. /scan (/scan2 ... for further
-// lasers), /odom (the odometry's own records, or what the scans state where there are none), and
-// the lasers' mounting on /tf_static. What ROS has no message for here (wheel motion, fixes in a
-// local frame, truth) is left out and counted.
+// lasers), /odom (the odometry's own records, or what the scans state where there are none), /drive
+// (speed and steering), /ground_truth, and the lasers' mounting on /tf_static. What ROS has no
+// message for here (fixes in a local frame, sightings) is left out and counted.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,9 @@ class McapLogWriter {
   void settle();
   void put(const Event& event);
   void write_scan(const Scan& scan);
-  void write_pose(Time time, const Pose2& T_odom_robot, double speed, double turn_rate);
+  void write_pose(const std::string& topic, Time time, const Pose2& pose, double speed,
+                  double turn_rate);
+  void write_drive(const WheelMotion& wheels);
   std::uint16_t channel(const std::string& topic, const std::string& type,
                         const std::string& definition);
 

@@ -22,6 +22,9 @@ const std::map<std::string, std::string>& parts() {
       {"geometry_msgs/TwistWithCovariance", "geometry_msgs/Twist twist\nfloat64[36] covariance\n"},
       {"geometry_msgs/Twist", "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n"},
       {"geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"},
+      {"ackermann_msgs/AckermannDrive",
+       "float32 steering_angle\nfloat32 steering_angle_velocity\n"
+       "float32 speed\nfloat32 acceleration\nfloat32 jerk\n"},
       {"geometry_msgs/TransformStamped",
        "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n"},
       {"geometry_msgs/Transform",
@@ -60,6 +63,11 @@ std::string transform_list_definition() {
          part("std_msgs/Header") + part("builtin_interfaces/Time") +
          part("geometry_msgs/Transform") + part("geometry_msgs/Vector3") +
          part("geometry_msgs/Quaternion");
+}
+
+std::string ackermann_drive_definition() {
+  return "std_msgs/Header header\nackermann_msgs/AckermannDrive drive\n" + part("std_msgs/Header") +
+         part("builtin_interfaces/Time") + part("ackermann_msgs/AckermannDrive");
 }
 
 RecordingWriter::RecordingWriter(const std::string& path, const std::string& telegrams)

@@ -23,6 +23,7 @@ inline constexpr const char* kLaserFrame = "laser";
 std::string laser_scan_definition();
 std::string odometry_definition();
 std::string transform_list_definition();
+std::string ackermann_drive_definition();
 
 class RecordingWriter {
  public:

@@ -249,6 +249,17 @@ void fields(Wire& wire, M& m) {
   wire(m.covariance_type);
 }
 
+template <class Wire, class M>
+requires std::is_same_v<std::remove_const_t<M>, AckermannDrive>
+void fields(Wire& wire, M& m) {
+  header(wire, m.header);
+  wire(m.steering);
+  wire(m.steering_rate);
+  wire(m.speed);
+  wire(m.acceleration);
+  wire(m.jerk);
+}
+
 template <class M>
 void read(std::string_view bytes, Encoding encoding, M& message) {
   Reader reader(bytes, encoding);
@@ -268,10 +279,12 @@ void decode(std::string_view b, Encoding encoding, LaserScan& m) { read(b, encod
 void decode(std::string_view b, Encoding encoding, Odometry& m) { read(b, encoding, m); }
 void decode(std::string_view b, Encoding encoding, TransformList& m) { read(b, encoding, m); }
 void decode(std::string_view b, Encoding encoding, NavSatFix& m) { read(b, encoding, m); }
+void decode(std::string_view b, Encoding encoding, AckermannDrive& m) { read(b, encoding, m); }
 
 std::string encode(const LaserScan& m, Encoding encoding) { return written(m, encoding); }
 std::string encode(const Odometry& m, Encoding encoding) { return written(m, encoding); }
 std::string encode(const TransformList& m, Encoding encoding) { return written(m, encoding); }
 std::string encode(const NavSatFix& m, Encoding encoding) { return written(m, encoding); }
+std::string encode(const AckermannDrive& m, Encoding encoding) { return written(m, encoding); }
 
 }  // namespace majak::io::ros

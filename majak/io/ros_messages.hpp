@@ -71,12 +71,20 @@ struct NavSatFix {
   std::uint8_t covariance_type = 0;
 };
 
+/// ackermann_msgs/AckermannDriveStamped.
+struct AckermannDrive {
+  Header header;
+  float steering = 0, steering_rate = 0;        ///< rad, rad/s; left positive
+  float speed = 0, acceleration = 0, jerk = 0;  ///< m/s and so on, ahead
+};
+
 /// Reads a message. Throws Error (without a position) when the bytes end early or a length in them
 /// cannot be true. Bytes behind the message are allowed.
 void decode(std::string_view bytes, Encoding encoding, LaserScan& message);
 void decode(std::string_view bytes, Encoding encoding, Odometry& message);
 void decode(std::string_view bytes, Encoding encoding, TransformList& message);
 void decode(std::string_view bytes, Encoding encoding, NavSatFix& message);
+void decode(std::string_view bytes, Encoding encoding, AckermannDrive& message);
 
 /// Writes a message; CDR in little endian. A stamp outside what the encoding can say (from 1970 to
 /// 2106 for ROS 1, 1901 to 2038 for CDR) throws Error.
@@ -84,5 +92,6 @@ std::string encode(const LaserScan& message, Encoding encoding = Encoding::cdr);
 std::string encode(const Odometry& message, Encoding encoding = Encoding::cdr);
 std::string encode(const TransformList& message, Encoding encoding = Encoding::cdr);
 std::string encode(const NavSatFix& message, Encoding encoding = Encoding::cdr);
+std::string encode(const AckermannDrive& message, Encoding encoding = Encoding::cdr);
 
 }  // namespace majak::io::ros

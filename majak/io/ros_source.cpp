@@ -24,9 +24,12 @@ const char* const kUpsideDown = "scans of a laser that hangs upside down; mirror
 const char* const kNoFix = "satellite messages without a fix; left out";
 const char* const kBadPose = "odometry whose pose is no number; left out";
 
-constexpr const char* kBackwards[3] = {"scan stamps that run backwards; order of the file kept",
+const char* const kBadDrive = "speed or steering that is no number; left out";
+
+constexpr const char* kBackwards[4] = {"scan stamps that run backwards; order of the file kept",
                                        "odometry stamps that run backwards; order of the file kept",
-                                       "GPS stamps that run backwards; order of the file kept"};
+                                       "GPS stamps that run backwards; order of the file kept",
+                                       "truth stamps that run backwards; order of the file kept"};
 
 }  // namespace
 
@@ -66,7 +69,8 @@ Mounting RosSource::mounting(const std::string& laser_frame) {
     const auto placed = frames_.find(survey_.robot_frame, laser_frame);
     if (placed) mounting = mounting_of(*placed);
     // Where there is a laser and nothing else, it is the robot.
-    const bool matters = !survey_.odometry_topic.empty() || survey_.odometry_from_tf;
+    const bool matters =
+        !survey_.odometry_topic.empty() || survey_.odometry_from_tf || !survey_.drive_topic.empty();
     if (!placed && !T_robot_laser_ && matters) report_.count(kNoMounting, records_);
   }
   if (mounting.upside_down) report_.count(kUpsideDown, records_);
@@ -112,6 +116,22 @@ void RosSource::add_fix(const Message& message) {
               message.time);
 }
 
+void RosSource::add_drive(const Message& message) {
+  ros::AckermannDrive m;
+  ros::decode(message.data, *log_->topics()[message.topic].encoding, m);
+  if (!std::isfinite(m.speed) || !std::isfinite(m.steering))
+    return report_.count(kBadDrive, records_);
+  add_stamped(WheelMotion{m.header.stamp, m.speed, m.steering}, message.time);
+}
+
+void RosSource::add_truth(const Message& message) {
+  ros::Odometry m;
+  ros::decode(message.data, *log_->topics()[message.topic].encoding, m);
+  const Pose2 pose = planar_pose(m.pose);
+  if (!pose.finite()) return report_.count(kBadPose, records_);
+  add_stamped(Truth{m.header.stamp, pose}, message.time);
+}
+
 /// tf as it goes; where there is no message of its own for it, the odometry is in there.
 void RosSource::follow_frames(const Message& message) {
   ros::TransformList list;
@@ -147,6 +167,9 @@ bool RosSource::read_message() {
       if (topic.name == survey_.scan_topic) add_scan(message);
     } else if (topic.type == "nav_msgs/Odometry") {
       if (topic.name == survey_.odometry_topic) add_odometry(message);
+      if (topic.name == survey_.truth_topic) add_truth(message);
+    } else if (topic.type == "ackermann_msgs/AckermannDriveStamped") {
+      if (topic.name == survey_.drive_topic) add_drive(message);
     } else if (topic.type == "sensor_msgs/NavSatFix") {
       if (topic.name == survey_.fix_topic) add_fix(message);
     } else if (topic.type == "tf2_msgs/TFMessage" || topic.type == "tf/tfMessage") {
@@ -159,9 +182,10 @@ bool RosSource::read_message() {
 }
 
 void RosSource::watch_stamp(const Event& event) {
-  const std::size_t sensor = std::holds_alternative<Scan>(event)       ? 0
-                             : std::holds_alternative<Odometry>(event) ? 1
-                                                                       : 2;
+  const std::size_t sensor = std::holds_alternative<Scan>(event)     ? 0
+                             : std::holds_alternative<GpsFix>(event) ? 2
+                             : std::holds_alternative<Truth>(event)  ? 3
+                                                                     : 1;
   const Time time = time_of(event);
   std::optional<Time>& last = last_stamp_[sensor];
   if (last && time < *last) report_.count(kBackwards[sensor]);

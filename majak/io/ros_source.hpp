@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // RosSource: a ROS recording as a Source: sensor_msgs/LaserScan, nav_msgs/Odometry (or what tf says
-// of the odometry frame), sensor_msgs/NavSatFix, and the laser's mounting from tf.
+// of the odometry frame; where there is neither, ackermann_msgs/AckermannDriveStamped),
+// sensor_msgs/NavSatFix, and the laser's mounting from tf.
 //
 // It reads the beginning twice: once to see which topics and frames there are, then for the events.
 #pragma once
@@ -34,6 +35,8 @@ class RosSource final : public Source {
   void add_scan(const Message& message);
   void add_odometry(const Message& message);
   void add_fix(const Message& message);
+  void add_drive(const Message& message);
+  void add_truth(const Message& message);
   void follow_frames(const Message& message);
   void add_stamped(Event event, Time recorded);
   Mounting mounting(const std::string& laser_frame);
@@ -49,7 +52,7 @@ class RosSource final : public Source {
   beacon::FirstFixFrame frame_of_fixes_;
   StampOrder order_;
   std::int64_t records_ = 0;
-  std::optional<Time> last_stamp_[3];  ///< scans, odometry, fixes
+  std::optional<Time> last_stamp_[4];  ///< scans, odometry or drive, fixes, truth
   bool finished_ = false;
   Report report_;
 };

@@ -202,12 +202,21 @@ RosSurvey survey_recording(const OpenMessages& open, const std::string& scan_top
   RosSurvey survey;
   survey.scan_topic = choose_scans(names_of(topics, "sensor_msgs/LaserScan"), topics, scan_topic);
   Names odometry = names_of(topics, "nav_msgs/Odometry");
+  for (const std::string& name : Names(odometry))
+    if (name.find("ground_truth") != std::string::npos) {
+      survey.truth_topic = name;
+      odometry.erase(name);
+    }
   survey.odometry_topic = choose_odometry(odometry);
   odometry.erase(survey.odometry_topic);
   survey.more_odometry.assign(odometry.begin(), odometry.end());
   const Names fixes = names_of(topics, "sensor_msgs/NavSatFix");
   if (!fixes.empty()) survey.fix_topic = *fixes.begin();
   Surveyor(survey).look(open);
+  const Names drives = names_of(topics, "ackermann_msgs/AckermannDriveStamped");
+  // Beside odometry they are as a rule what the car is told, not what it does.
+  if (!drives.empty() && survey.odometry_topic.empty() && !survey.odometry_from_tf)
+    survey.drive_topic = *drives.begin();
   return survey;
 }
 

@@ -14,6 +14,8 @@ namespace majak::io {
 
 struct RosSurvey {
   std::string scan_topic, odometry_topic, fix_topic;  ///< empty: there is none
+  std::string drive_topic;  ///< speed and steering, where there is no odometry
+  std::string truth_topic;  ///< nav_msgs/Odometry whose name says "ground_truth"
   bool odometry_from_tf = false;
   std::string robot_frame;                 ///< empty: the recording does not say
   std::string odometry_frame;              ///< of tf

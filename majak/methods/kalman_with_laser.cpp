@@ -20,10 +20,14 @@ class KalmanWithLaser {
  public:
   KalmanWithLaser(const KalmanWithLaserOptions& options, const Pose2& start,
                   const beacon::BeaconMap& beacons)
-      : options_(options), kalman_(options.kalman, start, beacons), front_end_(options.front_end) {}
+      : options_(options),
+        kalman_(options.kalman, start, beacons),
+        front_end_(options.front_end),
+        odometry_({.wheelbase = options.kalman.wheelbase}) {}
 
   std::optional<Estimate> add(const Event& event) {
     if (const auto* odometry = std::get_if<Odometry>(&event)) odometry_.add(*odometry);
+    if (const auto* wheels = std::get_if<WheelMotion>(&event)) odometry_.add(*wheels);
     if (const auto* scan = std::get_if<Scan>(&event); scan && scan->laser == 0) match(*scan);
     return kalman_.add(event);
   }

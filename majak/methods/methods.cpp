@@ -10,10 +10,21 @@
 namespace majak::methods {
 namespace {
 
+localize::KalmanOptions kalman_options(const LocalizeOptions& o) {
+  localize::KalmanOptions options = o.kalman;
+  options.reflectors = o.reflectors;
+  if (o.drive.wheelbase > 0) options.wheelbase = o.drive.wheelbase;
+  return options;
+}
+
 const Method kMethods[] = {
     {"dead-reckoning", "dead reckoning, p. 15", "odometry, or wheel speed and steering",
      "trajectory with growing covariance",
-     [](const LocalizeOptions& o) { return localize::dead_reckoning(o.dead_reckoning, o.start); }},
+     [](const LocalizeOptions& o) {
+       localize::DeadReckoningOptions options = o.dead_reckoning;
+       if (o.drive.wheelbase > 0) options.wheelbase = o.drive.wheelbase;
+       return localize::dead_reckoning(options, o.start);
+     }},
     {"beacons", "active beacons: trilateration and triangulation, p. 19",
      "--beacons FILE, and scans with intensities or sightings", "a pose for each moment by itself",
      [](const LocalizeOptions& o) {
@@ -23,15 +34,13 @@ const Method kMethods[] = {
      "odometry, or wheel speed and steering; satellite fixes or --beacons FILE to correct them",
      "smoothed trajectory with covariance, what the wheels count wrongly",
      [](const LocalizeOptions& o) {
-       localize::KalmanOptions options = o.kalman;
-       options.reflectors = o.reflectors;
+       const localize::KalmanOptions options = kalman_options(o);
        return localize::kalman(options, o.start, o.beacons);
      }},
     {"kalman-laser", "Kalman filter, p. 21", "the same, and scans",
      "the same; matched scans count the motion beside the wheels",
      [](const LocalizeOptions& o) {
-       KalmanWithLaserOptions options{o.kalman, {}};
-       options.kalman.reflectors = o.reflectors;
+       const KalmanWithLaserOptions options{kalman_options(o), {}};
        return kalman_with_laser(options, o.start, o.beacons);
      }},
 };

@@ -187,7 +187,10 @@ void take_values(const State& s, const Mat7& covariance, const CalibrationOption
       c.lag};
   for (std::size_t k = 0; k < kUnknowns; ++k) {
     const auto i = static_cast<int>(k);
-    out.covariance(i, i) += kFloor[k] * kFloor[k];
+    // The steering makes a bend of steering / wheelbase.
+    const bool steering = o.wheelbase > 0 && k == static_cast<std::size_t>(Unknown::uneven);
+    const double floor = kFloor[k] * (steering ? o.wheelbase : 1);
+    out.covariance(i, i) += floor * floor;
     const double sigma = std::sqrt(out.covariance(i, i));
     out.values[k] = {values[k], sigma, sigma < kUsable[k]};
   }
@@ -214,6 +217,7 @@ void take_correction(const State& s, const CalibrationOptions& o, Calibration& o
     return out[u].used ? out[u].value : nominal;
   };
   DriveCorrection& c = out.correction;
+  c.wheelbase = o.wheelbase;
   c.lag = value(Unknown::lag, 0);
   c.scale = value(Unknown::scale, 1), c.turn_scale = value(Unknown::turn_scale, 1);
   (o.wheelbase > 0 ? c.steering_offset : c.turn_per_metre) = value(Unknown::uneven, 0);

@@ -20,6 +20,8 @@ void describe(OptionFields& f, DriveCorrection& o) {
   f.add("odometry.way_per_turn", o.way_per_turn, {"m/rad", "added, for unequal wheels", -1, 1});
   f.add("odometry.steering_offset", o.steering_offset,
         {"rad", "added to the steering, Ackermann drive", -0.5, 0.5});
+  f.add("odometry.wheelbase", o.wheelbase,
+        {"m", "of a car that reports speed and steering; 0: not told", 0, 20});
   f.add("odometry.reversed", o.reversed, {"", "the log counts backing as a way ahead"});
   f.add("odometry.mounting", o.mounting, {"", "true: the laser sits where the next three say"});
   f.add("odometry.laser_x", o.laser_x, {"m", "laser ahead of the robot's point", -100, 100});

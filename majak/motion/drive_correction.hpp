@@ -23,6 +23,7 @@ struct DriveCorrection {
   double turn_per_metre = 0;   ///< rad/m, of unequal wheels; left positive
   double way_per_turn = 0;     ///< m/rad, of unequal wheels
   double steering_offset = 0;  ///< rad, to be added to the steering of an Ackermann drive
+  double wheelbase = 0;        ///< m, of such a drive, that all this was found with; 0: not told
   bool reversed = false;       ///< records that state a negative speed go a step ahead: turn these
   bool mounting = false;       ///< the laser's place below holds, not that of the log
   double laser_x = 0, laser_y = 0, laser_theta = 0;  ///< T_robot_laser, m and rad

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "majak/motion/drive_correction.hpp"
-
 namespace majak::motion {
 namespace {
 
@@ -16,7 +14,8 @@ constexpr std::size_t kHistory = 2000;  // scans looked back at when learning
 constexpr std::size_t kSampled = 400;   // scans that a search over lags looks at
 constexpr std::size_t kLeastSteps = 100;
 constexpr Duration kShift = kSecond / 10;  // half the width of the difference that gives a rate
-constexpr int kRounds = 2;                 // Newton steps, of which the first does nearly all
+constexpr Duration kLongestHold = kSecond;
+constexpr int kRounds = 2;   // Newton steps, of which the first does nearly all
 constexpr double kSure = 2;  // sigmas from 0 from which a lag is applied, as it is told to be
 // A value is used when its sigma is below this.
 constexpr double kUsableLag = 0.03, kUsableScale = 0.02, kUsablePlace = 0.02, kUsableTurn = 0.01;
@@ -70,7 +69,25 @@ double OdometryModel::Stream::speed(Time time) const {
 }
 
 void OdometryModel::add(const Odometry& odometry) {
+  if (wheels_) return;
   stream_.push(odometry.time, odometry.T_odom_robot, odometry.speed.value_or(0), reversed_);
+  count_jumps();
+}
+
+// A record holds until the next one, but not through a gap.
+void OdometryModel::add(const WheelMotion& wheels) {
+  const bool sound = std::isfinite(wheels.speed) && std::abs(wheels.steering) < kPi / 2;
+  if (!sound || (!wheels_ && !stream_.samples.empty())) return;
+  Pose2 pose;
+  if (wheels_) {
+    const Duration held = std::max<Duration>(wheels.time - wheels_->time, 0);
+    const double way = wheels_->speed * to_seconds(std::min(held, kLongestHold));
+    pose = stream_.samples.back().raw *
+           exp({way, 0, way * std::tan(wheels_->steering) / options_.wheelbase});
+    if (held > kLongestHold) stream_.jumps.push_back(std::max(stream_.latest.back(), wheels.time));
+  }
+  stream_.push(wheels.time, pose, wheels_ ? wheels_->speed : 0, false);
+  wheels_ = wheels;
   count_jumps();
 }
 

@@ -13,6 +13,7 @@
 
 #include "majak/core/event.hpp"
 #include "majak/core/site.hpp"
+#include "majak/motion/drive_correction.hpp"
 #include "majak/motion/odometry_fit.hpp"
 
 namespace majak::motion {
@@ -22,10 +23,18 @@ struct OdometryModelOptions {
   double floor_rotation = 0.02;             ///< rad
   double learnt_floor_translation = 0.004;  ///< m, the same once the noise is learnt
   double learnt_floor_rotation = 0.006;     ///< rad
-  double share = 0.2;      ///< sigma per unit of predicted motion before anything is learnt
-  double max_lag = 0.30;   ///< s, searched on both sides
-  double lag_step = 0.05;  ///< s, of that search; then by Newton steps
+  double share = 0.2;       ///< sigma per unit of predicted motion before anything is learnt
+  double max_lag = 0.30;    ///< s, searched on both sides
+  double lag_step = 0.05;   ///< s, of that search; then by Newton steps
+  double wheelbase = 2.83;  ///< m, of a car that reports speed and steering
 };
+
+/// With the wheelbase that a calibration was made with, if there is one.
+inline OdometryModelOptions with_wheelbase(OdometryModelOptions options,
+                                           const DriveCorrection& drive) {
+  if (drive.wheelbase > 0) options.wheelbase = drive.wheelbase;
+  return options;
+}
 
 /// A predicted motion of the robot between two scans.
 struct PredictedMotion {
@@ -39,6 +48,8 @@ class OdometryModel {
   explicit OdometryModel(const OdometryModelOptions& options = {}) : options_(options) {}
 
   void add(const Odometry& odometry);
+  /// Speed and steering, added up to such poses. A log has either; the first to come counts.
+  void add(const WheelMotion& wheels);
   /// A scan arrives; its own odometry record, if it has one, is kept with it.
   void add(const Scan& scan);
 
@@ -99,6 +110,7 @@ class OdometryModel {
 
   OdometryModelOptions options_;
   Stream records_, stream_;
+  std::optional<WheelMotion> wheels_;
   std::vector<Time> scan_times_;
   std::vector<std::size_t> record_of_;  ///< sample of records_ that came with a scan
   std::vector<Observed> observed_;

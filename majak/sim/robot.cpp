@@ -47,9 +47,13 @@ class WheelOdometry {
       }
       case DriveKind::ackermann: {
         const auto w = motion::Ackermann{options_.wheelbase}.inverse(motion);
-        const double way = roll(0, w.way, noise);
+        const double way = roll(0, options_.reports_steering ? motion.x() : w.way, noise);
         const double error = steering_offset_ + options_.steering_noise * noise.normal();
-        return ackermann_.forward({way, w.steering + error});
+        if (w.way != 0) steering_ = w.steering;  // at rest the wheel stays as it is
+        const double reading = options_.steering_scale * steering_ + error;
+        steered_ += reading;
+        if (!options_.reports_steering) return ackermann_.forward({way, reading});
+        return {way, 0, way * std::tan(reading) / ackermann_.wheelbase};
       }
       case DriveKind::omnidirectional:
         break;
@@ -58,6 +62,8 @@ class WheelOdometry {
     for (int i = 0; i < 3; ++i) w[i] = roll(i, w[i], noise);
     return omni_.forward(w);
   }
+  /// Sum of the readings of the steering so far, rad.
+  double steered() const { return steered_; }
 
  private:
   /// Way that the encoder of a wheel counts while the wheel truly rolls `way`.
@@ -77,8 +83,9 @@ class WheelOdometry {
   motion::Omnidirectional omni_;
   std::array<double, 3> scale_{};
   double steering_offset_ = 0;
-  std::array<double, 3> rolled_{};   // m
-  std::array<double, 3> counted_{};  // whole encoder steps
+  double steering_ = 0, steered_ = 0;  // rad
+  std::array<double, 3> rolled_{};     // m
+  std::array<double, 3> counted_{};    // whole encoder steps
 };
 
 /// Slips and bumps, one in each of as many equal parts of the way, in turn as long as there are
@@ -127,6 +134,8 @@ void check(const Path& path, const RobotOptions& o) {
   if (path.points.size() < 2) throw Error("the robot has nowhere to go: its path is empty");
   const bool good = o.speed > 0 && o.acceleration > 0 && o.turn_rate > 0 && o.track > 0 &&
                     o.wheelbase > 0 && o.arm > 0 && o.max_steering > 0 && o.max_steering < kPi / 2;
+  if (o.reports_steering && o.drive != DriveKind::ackermann)
+    throw Error("robot: only an Ackermann drive reports its steering");
   if (!good) throw Error("robot: speed, acceleration, turn rate, lengths and steering must be > 0");
 }
 
@@ -143,6 +152,7 @@ void describe(OptionFields& fields, RobotOptions& o) {
   fields.add("robot.left_scale", o.left_scale, {"1", "odometry's way per true way", 0.5, 2});
   fields.add("robot.right_scale", o.right_scale, {"1", "odometry's way per true way", 0.5, 2});
   fields.add("robot.track_scale", o.track_scale, {"1", "believed length per true length", 0.5, 2});
+  fields.add("robot.steering_scale", o.steering_scale, {"1", "sensor's angle per true", 0.5, 2});
   fields.add("robot.steering_offset", o.steering_offset, {"rad", "of the sensor", -0.5, 0.5});
   fields.add("robot.scale_sigma", o.scale_sigma, {"1", "drawn once, common to all wheels", 0, 0.5});
   fields.add("robot.unequal_sigma", o.unequal_sigma, {"1", "drawn once for each wheel", 0, 0.5});
@@ -154,10 +164,12 @@ void describe(OptionFields& fields, RobotOptions& o) {
   fields.add("robot.slips", o.slips, {"", "times the wheels slip", 0, 1000});
   fields.add("robot.bumps", o.bumps, {"", "times something pushes the robot", 0, 1000});
   fields.add("robot.wrong_direction", o.wrong_direction, {"", "backing is counted as ahead"});
+  fields.add("robot.reports_steering", o.reports_steering,
+             {"", "Ackermann: speed and steering instead of poses"});
 }
 
 RobotOptions perfect_wheels(RobotOptions o) {
-  o.left_scale = o.right_scale = o.track_scale = 1;
+  o.left_scale = o.right_scale = o.track_scale = o.steering_scale = 1;
   o.steering_offset = o.scale_sigma = o.unequal_sigma = o.track_sigma = o.steering_sigma = 0;
   o.slip = o.steering_noise = o.encoder_step = 0;
   return o;
@@ -184,6 +196,15 @@ Pose2 RobotRun::odometry(Duration time) const {
                      static_cast<double>(within) / static_cast<double>(kTick));
 }
 
+Vec2 RobotRun::counted(Duration time) const {
+  const std::size_t i = index(time), next = std::min(i + 1, states_.size() - 1);
+  const double part = to_seconds(std::clamp<Duration>(time, 0, duration())) / to_seconds(kTick) -
+                      static_cast<double>(i);
+  const Vec2 a(states_[i].rolled, states_[i].steered);
+  const Vec2 b(states_[next].rolled, states_[next].steered);
+  return Vec2(1, to_seconds(kTick)).cwiseProduct(a + part * (b - a));
+}
+
 double RobotRun::path_length() const {
   double sum = 0;
   for (const RobotState& s : states_) sum += s.twist.head<2>().norm();
@@ -200,7 +221,7 @@ RobotRun drive_path(const Path& path, const RobotOptions& options, std::uint64_t
   std::vector<Vec3> measured;
   Pose2 T_world_robot = path.start, T_odom_robot;
   Disturber disturber(options, length(path.points), seed);
-  double driven = 0;
+  double driven = 0, rolled = 0;
   int rest = 0;
   while (rest < kRestTicks) {
     const std::size_t tick = states.size();
@@ -220,11 +241,12 @@ RobotRun drive_path(const Path& path, const RobotOptions& options, std::uint64_t
                                           std::abs(twist.x()) > 0.5 * options.speed);
     const Vec3 motion = twist * dt + disturbed.bump;
     driven += twist.head<2>().norm() * dt;
-    states.push_back(
-        {T_world_robot, twist + disturbed.bump / dt, T_odom_robot, recent.x(), recent.z()});
+    states.push_back({T_world_robot, twist + disturbed.bump / dt, T_odom_robot, recent.x(),
+                      recent.z(), rolled, wheels.steered()});
     Vec3 believed = wheels.measure(twist * dt, tick) + disturbed.slip;
     measured.push_back(believed);
     if (options.wrong_direction && believed.x() < 0) believed.x() = -believed.x();
+    rolled += believed.x();
     T_world_robot = T_world_robot * exp(motion);
     T_odom_robot = T_odom_robot * exp(believed);
   }

@@ -30,6 +30,7 @@ struct RobotOptions {
   double left_scale = 1;   ///< left wheel; the one wheel of an Ackermann; wheel 1 of an omni drive
   double right_scale = 1;  ///< right wheel; wheels 2 and 3 of an omni drive
   double track_scale = 1;  ///< track, wheelbase or arm
+  double steering_scale = 1;   ///< of the steering sensor, Ackermann
   double steering_offset = 0;  ///< rad, Ackermann
   // Systematic, drawn once a run: one sigma.
   double scale_sigma = 0.005;     ///< common to all wheels
@@ -44,6 +45,9 @@ struct RobotOptions {
   int slips = 0;                 ///< times at which the wheels turn more than the robot moves
   int bumps = 0;                 ///< times at which something pushes the robot
   bool wrong_direction = false;  ///< the odometry counts the way it backs as a way ahead
+  /// Ackermann: the robot reports the speed of its fixed axle, where the encoder then sits, and its
+  /// steering, but no poses.
+  bool reports_steering = false;
 };
 void describe(OptionFields& fields, RobotOptions& options);
 
@@ -57,6 +61,8 @@ struct RobotState {
   Pose2 T_odom_robot;    ///< starts at zero
   double speed = 0;      ///< m/s, as the wheels say, averaged over a quarter of a second
   double turn_rate = 0;  ///< rad/s, as the wheels say
+  double rolled = 0;     ///< m, way ahead that the wheels have counted so far
+  double steered = 0;    ///< rad, sum of all ticks' readings of the steering so far
 };
 
 /// What the wheels counted and the robot did not do (slip), or the other way round (bump).
@@ -78,6 +84,8 @@ class RobotRun {
   /// Times are counted from the start and held to [0, duration].
   Pose2 truth(Duration time) const;
   Pose2 odometry(Duration time) const;
+  /// What the wheels' counter shows, m, and the readings of the steering added up, rad s.
+  Vec2 counted(Duration time) const;
   const RobotState& state(Duration time) const { return states_[index(time)]; }
   const std::vector<RobotState>& states() const { return states_; }
   double path_length() const;  ///< m, of the truth

@@ -116,17 +116,22 @@ void Simulator::put(Time arrival, Event event) {
   waiting_.emplace(std::pair(arrival, order_++), std::move(event));
 }
 
+Event Simulator::wheels_report(std::int64_t record) const {
+  const Duration lag = from_seconds(options_.odometry_lag), time = odometry_time(record) - lag;
+  const Time stamp = stamp_of(odometry_time(record));
+  const RobotState& state = run_.state(time);
+  if (!options_.robot.reports_steering)
+    return Odometry{stamp, run_.odometry(time), state.speed, state.turn_rate};
+  const Duration before = odometry_time(record - 1) - lag;
+  const Vec2 mean = (run_.counted(time) - run_.counted(before)) / to_seconds(time - before);
+  return WheelMotion{stamp, mean.x(), mean.y()};
+}
+
 /// One scan with its truth, and the odometry records that precede it.
 void Simulator::produce() {
   const Duration scan_time = next_scan_ * period_;
-  const Duration lag = from_seconds(options_.odometry_lag);
-  for (;; ++next_odometry_) {
-    const Duration time = odometry_time(next_odometry_);
-    if (time > scan_time) break;
-    const RobotState& state = run_.state(time - lag);
-    const Time stamp = stamp_of(time);
-    put(stamp, Odometry{stamp, run_.odometry(time - lag), state.speed, state.turn_rate});
-  }
+  for (; odometry_time(next_odometry_) <= scan_time; ++next_odometry_)
+    put(stamp_of(odometry_time(next_odometry_)), wheels_report(next_odometry_));
   const Time arrival = arrival_of_scan(next_scan_);
   put(arrival, make_scan(next_scan_, arrival));
   put(arrival, Truth{arrival, run_.truth(scan_time)});
@@ -157,7 +162,8 @@ Scan Simulator::make_scan(std::int64_t scan, Time stamp) const {
   out.angle_step = variant_.angle_step();
   out.max_range = static_cast<float>(options_.laser.max_range);
   if (options_.tell_mounting) out.T_robot_laser = T_robot_laser_;
-  out.T_odom_robot = run_.odometry(begin - from_seconds(options_.odometry_lag));
+  if (!options_.robot.reports_steering)
+    out.T_odom_robot = run_.odometry(begin - from_seconds(options_.odometry_lag));
   const std::vector<Disc> people = people_at(begin, run_.truth(begin).translation());
 
   std::vector<Pose2> poses(beams);

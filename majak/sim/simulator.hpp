@@ -43,8 +43,9 @@ void describe(OptionFields& fields, SimulationOptions& options);
 /// limited reach included.
 void scale_noise(SimulationOptions& options, double factor);
 
-/// Yields Odometry, Scan and Truth. Truth carries the stamp of its scan and the pose of the robot
-/// when beam 0 was fired; beam i of a scan was fired sensor::beam_time(i) later.
+/// Yields Odometry (or WheelMotion: means since the record before), Scan and Truth. Truth carries
+/// the stamp of its scan and the pose of the robot when beam 0 was fired; beam i of a scan was
+/// fired sensor::beam_time(i) later.
 class Simulator {
  public:
   /// `world` must outlive the simulator. Throws Error when an option is out of its range or the
@@ -73,6 +74,7 @@ class Simulator {
   void put(Time arrival, Event event);
   Time stamp_of(Duration time) const;
   Duration odometry_time(std::int64_t record) const;
+  Event wheels_report(std::int64_t record) const;
   Time arrival_of_scan(std::int64_t scan);
   Scan make_scan(std::int64_t scan, Time stamp) const;
   std::vector<Disc> people_at(Duration time, const Vec2& robot) const;

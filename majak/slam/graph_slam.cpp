@@ -24,7 +24,7 @@ GraphSlam::GraphSlam(const GraphSlamOptions& options, Threads threads)
     : options_(options),
       threads_(threads),
       drive_(options.drive),
-      odometry_(options.odometry),
+      odometry_(motion::with_wheelbase(options.odometry, options.drive)),
       front_end_(options.front_end),
       loop_closer_(options.loops) {}
 
@@ -37,6 +37,8 @@ std::optional<Estimate> GraphSlam::add(Event event) {
     key_of_.push_back(0);
   } else if (const auto* odometry = std::get_if<Odometry>(&event)) {
     odometry_.add(*odometry);
+  } else if (const auto* wheels = std::get_if<WheelMotion>(&event)) {
+    odometry_.add(*wheels);
   } else if (const auto* truth = std::get_if<Truth>(&event)) {
     site_.truth.push_back(*truth);
   }
