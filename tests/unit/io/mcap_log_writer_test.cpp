@@ -87,12 +87,49 @@ TEST(McapLogWriter, AnOdometrysOwnRecordsBeatThoseOfTheScans) {
   }
 }
 
+TEST(McapLogWriter, SpeedAndSteeringAndTheTruthComeBack) {
+  std::vector<Event> events;
+  for (int i = 0; i < 20; ++i) {
+    const Scan scan = scan_at(i);
+    events.push_back(WheelMotion{scan.time, 0.5 - 0.1 * i, 0.25 - 0.03125 * i});
+    events.push_back(scan);
+    events.push_back(Truth{scan.time, {1.0 * i, -2, 0.1 * i}});
+  }
+  const auto read = round_trip(events);
+  EXPECT_TRUE(only<Odometry>(read).empty());
+  const auto wheels = only<WheelMotion>(read);
+  const auto truth = only<Truth>(read);
+  ASSERT_TRUE(wheels.size() == 20 && truth.size() == 20);
+  for (int i = 0; i < 20; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    EXPECT_EQ(wheels[k].time, scan_at(i).time);
+    EXPECT_NEAR(wheels[k].speed, 0.5 - 0.1 * i, 1e-6);  // single precision
+    EXPECT_EQ(wheels[k].steering, 0.25 - 0.03125 * i);
+    EXPECT_EQ(truth[k].time, scan_at(i).time);
+    EXPECT_NEAR(log(between(truth[k].T_world_robot, {1.0 * i, -2, 0.1 * i})).norm(), 0, 1e-12);
+  }
+}
+
+// Beside odometry a drive message is what the car is told.
+TEST(McapLogWriter, DriveMessagesBesideOdometryAreNoMeasurement) {
+  std::vector<Event> events;
+  for (int i = 0; i < 20; ++i) {
+    const Scan scan = scan_at(i);
+    events.push_back(Odometry{scan.time, {0.1 * i, 0, 0}, 1.0, 0.0});
+    events.push_back(WheelMotion{scan.time, 1, 0.2});
+    events.push_back(scan);
+  }
+  const auto read = round_trip(events);
+  EXPECT_EQ(only<Odometry>(read).size(), 20U);
+  EXPECT_TRUE(only<WheelMotion>(read).empty());
+}
+
 TEST(McapLogWriter, WhatHasNoMessageIsCounted) {
   const fs::path file = scratch("majak_log_writer_count.mcap");
   McapLogWriter writer(file.string());
   writer.write(scan_at(0));
-  writer.write(Truth{});
-  writer.write(WheelMotion{});
+  writer.write(BeaconSighting{});
+  writer.write(GpsFix{});
   writer.close();
   ASSERT_EQ(writer.report().entries().size(), 1U);
   EXPECT_EQ(writer.report().entries().begin()->second.count, 2);

@@ -175,6 +175,22 @@ TEST(RosMessages, KeepsEveryField) {
   EXPECT_EQ(fix.covariance_type, 2);
 }
 
+TEST(RosMessages, SpeedAndSteering) {
+  AckermannDrive drive;
+  drive.header = {2, 7 * kSecond + 9, "base"};
+  drive.steering = -0.25F, drive.steering_rate = 1, drive.speed = 3.5F, drive.jerk = 2;
+  // Sequence, stamp, frame with its length; five numbers of four bytes.
+  EXPECT_EQ(encode(drive, Encoding::ros1).size(), 4 + 8 + 4 + 4 + 20U);
+  for (const Encoding encoding : {Encoding::ros1, Encoding::cdr}) {
+    AckermannDrive again;
+    decode(encode(drive, encoding), encoding, again);
+    EXPECT_EQ(again.header.stamp, 7 * kSecond + 9);
+    EXPECT_EQ(again.steering, -0.25F);
+    EXPECT_EQ(again.speed, 3.5F);
+    EXPECT_EQ(encode(again, encoding), encode(drive, encoding));
+  }
+}
+
 TEST(RosMessages, HasTheBytesOfCdr) {
   // One transform turtle1 -> turtle1_ahead at 0: count, stamp, two strings with their NULs, six
   // bytes up to the next eight, seven doubles.

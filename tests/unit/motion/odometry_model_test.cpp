@@ -377,6 +377,37 @@ TEST(OdometryModel, PathIsTheOdometrysOwn) {
   EXPECT_FALSE(model.predict(3).has_value());
 }
 
+TEST(OdometryModel, SpeedAndSteeringAddUpToArcs) {
+  OdometryModel model({.wheelbase = 2});
+  const double turn_rate = 1.5 * std::tan(0.3) / 2;
+  for (int i = 0; i <= 40; ++i) {
+    model.add(WheelMotion{i * kSecond / 20, 1.5, 0.3});
+    model.add(Odometry{i * kSecond / 20, {1e3, 0, 1}, {}, {}});  // of another kind: not used
+    Scan scan;
+    scan.time = i * kSecond / 20;
+    model.add(scan);
+  }
+  for (std::size_t i = 1; i <= 40; ++i) {
+    const Pose2 expected = exp({1.5 / 20, 0, turn_rate / 20});
+    EXPECT_LT(log(between(expected, model.predict(i)->T_previous_robot)).norm(), 1e-12);
+  }
+  EXPECT_LT(log(between(exp({3, 0, 2 * turn_rate}), *model.pose(40))).norm(), 1e-12);
+}
+
+TEST(OdometryModel, NobodyKnowsWhatTheWheelsDidInAGap) {
+  OdometryModel model;
+  for (const double t : {0.0, 0.5, 1.0, 9.0, 9.5}) {
+    model.add(WheelMotion{from_seconds(t), 1, 0});
+    Scan scan;
+    scan.time = from_seconds(t);
+    model.add(scan);
+  }
+  EXPECT_TRUE(model.predict(2).has_value());
+  EXPECT_FALSE(model.predict(3).has_value());
+  EXPECT_NEAR(model.predict(4)->T_previous_robot.x, 0.5, 1e-12);
+  EXPECT_EQ(model.findings().jumps, 1);
+}
+
 TEST(OdometryModel, CountersThatBeginAnewMoveNobody) {
   // Straight ahead; then the counters are at zero again, or kilometres off, or turned round.
   for (const bool records : {true, false}) {

@@ -163,6 +163,29 @@ TEST(Odometry, SteeringOffsetBendsAStraight) {
   EXPECT_NEAR(run.states().back().T_odom_robot.theta, way * std::sin(0.01) / o.wheelbase, 1e-9);
 }
 
+TEST(Odometry, CounterAndSteeringAreThoseOfTheAxle) {
+  RobotOptions o = perfect_wheels(with(DriveKind::ackermann));
+  o.reports_steering = true;
+  o.left_scale = 1.1, o.steering_scale = 0.9, o.steering_offset = 0.02;
+  const RobotRun run = drive_path(short_tour(), o, 1);
+  double way = 0;
+  for (std::size_t i = 0; i + 1 < run.states().size(); ++i) {
+    const Duration begin = static_cast<Duration>(i) * RobotRun::kTick;
+    const Vec2 counted = run.counted(begin + RobotRun::kTick) - run.counted(begin);
+    const Vec3& twist = run.states()[i].twist;
+    way += twist.x() * kTick;
+    EXPECT_NEAR(counted.x(), 1.1 * twist.x() * kTick, 1e-9);
+    if (std::abs(twist.x()) < 1e-6) continue;
+    const double steering = std::atan(o.wheelbase * twist.z() / twist.x());
+    EXPECT_NEAR(counted.y(), (0.9 * steering + 0.02) * kTick, 1e-9);
+  }
+  EXPECT_NEAR(run.counted(run.duration()).x(), 1.1 * way, 1e-6);
+  const Vec2 half = run.counted(10 * RobotRun::kTick + RobotRun::kTick / 2);
+  EXPECT_NEAR(half.y(), 10.5 * kTick * 0.02, 1e-9);  // at rest, straight ahead
+  o.drive = DriveKind::differential;
+  EXPECT_THROW(drive_path(short_tour(), o, 1), Error);
+}
+
 TEST(Odometry, SlipGrowsWithTheRootOfTheWay) {
   // Each wheel errs by slip sqrt(way): heading sigma = slip sqrt(2 way) / track, way sigma =
   // slip sqrt(way / 2). Chi-square over the runs, bounds of four sigma.
