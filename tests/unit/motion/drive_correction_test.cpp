@@ -199,6 +199,7 @@ TEST(DriveCorrectionOptions, WhatIsReadIsWhatWasWritten) {
                                 .turn_per_metre = 0.2,
                                 .way_per_turn = 0.3,
                                 .steering_offset = 0.4,
+                                .wheelbase = 2.5,
                                 .reversed = true,
                                 .mounting = true,
                                 .laser_x = 5,
@@ -207,7 +208,7 @@ TEST(DriveCorrectionOptions, WhatIsReadIsWhatWasWritten) {
   DriveCorrection source = written, read;
   OptionFields from, to;
   describe(from, source), describe(to, read);
-  ASSERT_EQ(from.list.size(), 11U);
+  ASSERT_EQ(from.list.size(), 12U);
   std::set<std::string> names;
   for (std::size_t i = 0; i < from.list.size(); ++i) {
     const OptionField& f = from.list[i];
