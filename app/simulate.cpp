@@ -42,9 +42,9 @@ struct SimulateOptions {
 
 sim::DriveKind drive_of(const std::string& name) {
   if (name == "differential") return sim::DriveKind::differential;
-  if (name == "ackermann") return sim::DriveKind::ackermann;
+  if (name == "ackermann" || name == "car") return sim::DriveKind::ackermann;
   if (name == "omnidirectional") return sim::DriveKind::omnidirectional;
-  throw Error("--drive " + name + ": choose differential, ackermann or omnidirectional");
+  throw Error("--drive " + name + ": choose differential, ackermann, car or omnidirectional");
 }
 
 constexpr const char* kHelp =
@@ -56,12 +56,13 @@ constexpr const char* kHelp =
     "  majak simulate ring -o ring.log --seed 7     a corridor that closes on itself\n"
     "  majak simulate plan.txt --drive ackermann    your own plan: '#' wall, '.' floor, '>' start\n"
     "  majak simulate floor.png --cell 0.02         a picture, dark is wall, 2 cm a pixel\n"
-    "  majak simulate --drive ackermann -o car.mcap   a car: speed and steering, no poses\n"
+    "  majak simulate yard --drive car -o car.mcap  a car reports speed and steering, no poses\n"
     "  majak simulate --reflectors r.txt            with reflectors, and how bright each echo is\n"
     "  majak simulate --lag 0.1 --wrong-direction   a log as bad as some old ones\n"
     "\n"
     "The log is in CARMEN's format, the true poses are its TRUEPOS lines; or, if its name ends in\n"
-    ".mcap, a recording of ROS 2 with the true poses on /ground_truth. There an Ackermann drive\n"
+    ".mcap, a recording of ROS 2 with the true poses on /ground_truth. There a drive with "
+    "steering\n"
     "reports its speed and steering on /drive. Equal options and seed give equal bytes.\n";
 
 bool is_mcap(const fs::path& log) { return log.extension() == ".mcap"; }
@@ -154,6 +155,7 @@ void run_simulate(SimulateOptions& o) {
   o.simulation.robot.drive = drive_of(o.drive);
   o.simulation.robot.reports_steering =
       is_mcap(o.output) && o.simulation.robot.drive == sim::DriveKind::ackermann;
+  if (o.drive == "car") sim::make_car(o.simulation);  // --set may change it
   OptionFields fields;
   sim::describe(fields, o.simulation);
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
@@ -177,14 +179,16 @@ void run_simulate(SimulateOptions& o) {
 void add_simulate(CLI::App& app) {
   auto o = std::make_shared<SimulateOptions>();
   CLI::App* command = app.add_subcommand("simulate", kHelp);
-  command->add_option("world", o->world, "building, ring, corridor, or a plan (text or PNG)")
+  command->add_option("world", o->world, "building, ring, corridor, yard, or a plan (text or PNG)")
       ->capture_default_str();
   command->add_option("-o,--output", o->output,
                       "the log, .log or .mcap; default: the world's name with .log");
   command->add_option("--seed", o->simulation.seed, "another number, another run")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  command->add_option("--drive", o->drive, "differential, ackermann or omnidirectional")
+  command
+      ->add_option("--drive", o->drive,
+                   "differential, ackermann, car (one of full size) or omnidirectional")
       ->capture_default_str();
   command->add_option("--beams", o->simulation.beams, "of a scan: 181, 361, 101, 201 or 401")
       ->check(CLI::IsMember({181, 361, 101, 201, 401}).description(""))

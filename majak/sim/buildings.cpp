@@ -2,6 +2,7 @@
 #include "majak/sim/buildings.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "majak/core/error.hpp"
 
@@ -151,6 +152,22 @@ void add_furniture(Builder& b) {
   b.box(34.85, 14.0, 35.125, 15.2, 0.35);
 }
 
+// Along these corners, each cut by an arc.
+std::vector<Vec2> rounded(const std::vector<Vec2>& corners, double radius) {
+  constexpr int kParts = 8;
+  std::vector<Vec2> way;
+  for (std::size_t i = 1; i + 1 < corners.size(); ++i) {
+    const Vec2 in = (corners[i] - corners[i - 1]).normalized();
+    const Vec2 out = (corners[i + 1] - corners[i]).normalized();
+    for (int part = 0; part <= kParts; ++part) {
+      const double a = kPi / 2 * part / kParts;
+      way.push_back(corners[i] + radius * ((std::sin(a) - 1) * in + (1 - std::cos(a)) * out));
+    }
+  }
+  way.push_back(corners.back());
+  return way;
+}
+
 }  // namespace
 
 Scene building() {
@@ -218,13 +235,42 @@ Scene corridor() {
   return b.scene;
 }
 
-std::vector<std::string> built_in_names() { return {"building", "ring", "corridor"}; }
+Scene yard() {
+  Builder b;
+  b.scene.name = "yard";
+  b.wall_x(0, 0, 80, {14, 37, 61});
+  b.wall_x(50, 0, 80, {22, 48});
+  b.wall_y(0, 0, 50, {18});
+  b.wall_y(80, 0, 50, {33});
+  b.box(19, 18, 33, 32, 0.6);
+  b.box(33, 21, 34.5, 25, 0.5);
+  b.box(47, 17.5, 60, 28, 0.6);
+  b.box(47, 28, 54, 32.5, 0.4);
+  b.furniture({8, 44}, 4.5, 1.8, 0.2);
+  b.furniture({24, 5}, 4.5, 1.8, -0.1);
+  b.furniture({55, 45}, 6, 2.4, 0.05);
+  b.furniture({75, 9}, 4.2, 1.7, 1.4);
+  const double trees[][3] = {{5, 7, 0.2},   {4, 31, 0.3},   {15, 46, 0.2}, {33, 5.5, 0.25},
+                             {36, 45, 0.2}, {46, 5, 0.3},   {66, 46, 0.2}, {75, 25, 0.25},
+                             {74, 42, 0.3}, {57, 4.5, 0.2}, {63, 30, 0.2}, {16, 24, 0.2}};
+  for (const auto& t : trees) b.disc(t[0], t[1], t[2]);
+  b.scene.start = {40, 20, kPi / 2};
+  const Vec2 sw{11, 12}, nw{11, 38}, ne{69, 38}, se{69, 12}, north{40, 38}, south{40, 12};
+  b.scene.tour =
+      rounded({{40, 20}, north, nw, sw, se, ne, north, south, sw, nw, ne, se, south, {40, 30}}, 6);
+  b.scene.short_tour = rounded({{40, 20}, north, nw, sw, {55, 12}}, 6);
+  return b.scene;
+}
+
+std::vector<std::string> built_in_names() { return {"building", "ring", "corridor", "yard"}; }
 
 Scene built_in(const std::string& name) {
   if (name == "building") return building();
   if (name == "ring") return ring();
   if (name == "corridor") return corridor();
-  throw Error(name + ": no such world: choose building, ring or corridor, or give a plan file");
+  if (name == "yard") return yard();
+  throw Error(name +
+              ": no such world: choose building, ring, corridor or yard, or give a plan file");
 }
 
 }  // namespace majak::sim

@@ -19,7 +19,11 @@ Scene ring();
 /// lines and nothing else.
 Scene corridor();
 
-/// "building", "ring", "corridor".
+/// A yard of 80 x 50 m with two sheds, trees and parked things, and a figure of eight, driven both
+/// ways round in arcs of 6 m radius: for a car of full size.
+Scene yard();
+
+/// "building", "ring", "corridor", "yard".
 std::vector<std::string> built_in_names();
 
 /// By name; throws Error that lists the names.

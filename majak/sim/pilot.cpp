@@ -8,7 +8,7 @@ namespace majak::sim {
 
 namespace {
 
-constexpr std::size_t kLookAhead = 5;    // points of the path: half a metre
+constexpr double kLookAhead = 0.5;       // m, or a wheelbase where that is more
 constexpr std::size_t kWindow = 10;      // points among which the nearest is sought
 constexpr double kSharp = 1.0;           // rad; beyond, the robot turns before it drives on
 constexpr double kBack = 2.2;            // rad; beyond, it backs away from what is ahead first
@@ -55,7 +55,10 @@ Vec3 Pilot::next_twist(const Pose2& T_world_robot, double dt) {
                      : approach(twist_.z(), 0, kTurnAcceleration * dt);
     return twist_;
   }
-  const std::size_t aim = std::min(at_ + kLookAhead, path_.points.size() - 1);
+  const bool steered = options_.drive == DriveKind::ackermann;
+  const double ahead = steered ? std::max(kLookAhead, options_.wheelbase) : kLookAhead;
+  const auto points = static_cast<std::size_t>(std::lround(ahead / kPathStep));
+  const std::size_t aim = std::min(at_ + points, path_.points.size() - 1);
   const Vec2 to_aim = path_.points[aim] - T_world_robot.translation();
   const double error = angle_diff(std::atan2(to_aim.y(), to_aim.x()), T_world_robot.theta);
   switch (options_.drive) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pilot: which twist keeps a robot of a given drive on its path. Looks half a metre ahead and
-// drives the arc that leads there (pure pursuit, Coulter 1992); where the path turns sharply, a
-// differential drive backs out and spins, a car shunts to and fro.
+// Pilot: which twist keeps a robot of a given drive on its path. Looks half a metre ahead (a car: a
+// wheelbase) and drives the arc that leads there (pure pursuit, Coulter 1992); where the path turns
+// sharply, a differential drive backs out and spins, a car shunts to and fro.
 #pragma once
 
 #include "majak/sim/robot.hpp"

@@ -62,6 +62,14 @@ void scale_noise(SimulationOptions& o, double factor) {
   }
 }
 
+void make_car(SimulationOptions& o) {
+  o.robot.drive = DriveKind::ackermann;
+  o.robot.wheelbase = 2.7;
+  o.robot.max_steering = radians(35);
+  o.robot.speed = 3, o.robot.acceleration = 1;
+  o.mounting_x = 3.4;
+}
+
 Simulator::Simulator(const World& world, const Path& path, const SimulationOptions& options)
     : world_(world),
       path_(path.points),

@@ -43,6 +43,9 @@ void describe(OptionFields& fields, SimulationOptions& options);
 /// limited reach included.
 void scale_noise(SimulationOptions& options, double factor);
 
+/// An Ackermann drive of full size, the laser at its bumper.
+void make_car(SimulationOptions& options);
+
 /// Yields Odometry (or WheelMotion: means since the record before), Scan and Truth. Truth carries
 /// the stamp of its scan and the pose of the robot when beam 0 was fired; beam i of a scan was
 /// fired sensor::beam_time(i) later.

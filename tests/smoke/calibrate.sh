@@ -17,6 +17,17 @@ ok "$majak" localize wrong.log -o mended --options robot.toml --json && mended=$
 awk -v a="$raw" -v b="$mended" 'BEGIN { exit !(b > 0 && 3 * b < a) }' || fail "$raw m raw, $mended m mended"
 ok "$majak" map wrong.log --options robot.toml -o map
 
+# A car: speed and steering in a recording, mapped and calibrated.
+ok "$majak" simulate building --short --drive ackermann --seed 5 --set robot.steering_offset=0.02 -o car.mcap
+refused "$majak" calibrate car.mcap
+grep -q 'wheelbase' err || fail "the wheelbase is not asked for: $(cat err)"
+ok "$majak" calibrate car.mcap --wheelbase 0.4 -o car.toml
+grep -q 'steering' out || fail "$(cat out)"
+ok "$majak" localize car.mcap -o car-raw --set odometry.wheelbase=0.4 --json && raw=$(error)
+ok "$majak" localize car.mcap -o car-mended --options car.toml --json && mended=$(error)
+awk -v a="$raw" -v b="$mended" 'BEGIN { exit !(b > 0 && 3 * b < a) }' || fail "$raw m raw, $mended m mended"
+refused "$majak" simulate --drive cart
+
 printf '# true end less odometry\nleft 0.16 -0.15\nright 0.04 0.05\nleft 0.17 -0.17\nright 0.03 0.03\n' >ends.txt
 ok "$majak" calibrate ends.txt --square 4 --track 0.4 -o square.toml
 grep -q 'systematic error' out || fail "$(cat out)"

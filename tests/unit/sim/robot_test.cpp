@@ -8,6 +8,7 @@
 
 #include "majak/core/error.hpp"
 #include "majak/sim/buildings.hpp"
+#include "majak/sim/simulator.hpp"
 
 namespace majak::sim {
 namespace {
@@ -161,6 +162,28 @@ TEST(Odometry, SteeringOffsetBendsAStraight) {
   const RobotRun run = drive_path(straight(10), o, 1);
   const double way = run.states().back().T_world_robot.x;
   EXPECT_NEAR(run.states().back().T_odom_robot.theta, way * std::sin(0.01) / o.wheelbase, 1e-9);
+}
+
+TEST(Robot, ACarOfFullSizeDrivesTheYardWithoutShunting) {
+  const World world(yard());
+  for (const bool short_tour : {true, false}) {
+    TourOptions tour;
+    tour.short_tour = short_tour;
+    const Path path = plan_tour(world, tour);
+    SimulationOptions o;
+    make_car(o);
+    const RobotRun run = drive_path(path, o.robot, 1);
+    double sharpest = 0;
+    for (const RobotState& s : run.states()) {
+      EXPECT_GE(s.twist.x(), 0);
+      if (s.twist.x() > 0) sharpest = std::max(sharpest, std::abs(s.twist.z() / s.twist.x()));
+      const Vec2 bumper = s.T_world_robot * Vec2(o.mounting_x, 0);
+      EXPECT_GT(std::min(world.clearance(s.T_world_robot.translation()), world.clearance(bumper)),
+                1);
+    }
+    EXPECT_LE(sharpest, std::tan(o.robot.max_steering) / o.robot.wheelbase + 1e-9);
+    EXPECT_GT(run.path_length(), short_tour ? 100 : 300);
+  }
 }
 
 TEST(Odometry, CounterAndSteeringAreThoseOfTheAxle) {
