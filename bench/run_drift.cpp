@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -47,12 +46,6 @@ Site map_of(const std::vector<Event>& events) {
   slam::GraphSlam slam({}, {2});
   for (const Event& event : events) slam.add(event);
   return slam.finish();
-}
-
-motion::Calibration learn(const std::vector<Event>& events, const Site& site) {
-  motion::DriveLog log;
-  for (const Event& event : events) log.add(event);
-  return motion::calibrate_log(log, site).calibration;
 }
 
 /// Dead reckoning over one half, measured.
@@ -145,22 +138,40 @@ void print(const char* name, const Figures& f, const Figures& raw) {
   fmt::print("\n");
 }
 
-void run(const std::string& log, const std::string& relations) {
-  const Halves halves = read_halves(log);
-  const motion::Calibration found = learn(halves.first, map_of(halves.first));
-  const Site site = map_of(halves.second);
-  const Half half(halves.second, site, relations);
+/// One half of a log, and the map of it alone.
+struct Mapped {
+  std::vector<Event> events;
+  Site site;
+};
+
+motion::Calibration learn(const Mapped& half) {
+  motion::DriveLog log;
+  for (const Event& event : half.events) log.add(event);
+  return motion::calibrate_log(log, half.site).calibration;
+}
+
+void compare(const char* title, const Mapped& learnt, const Mapped& tested,
+             const std::string& relations) {
+  const Half half(tested.events, tested.site, relations);
   const Figures raw = half.measure({});
-  fmt::print("{}\n{:<28}", log, "mean translational error");
+  fmt::print("{:<28}", title);
   for (const char* name : kFigures) fmt::print("{:>12}", name);
   fmt::print("\n");
   print("raw", raw, raw);
-  print("calibrated, first half", half.measure(found.correction), raw);
-  const motion::DriveCorrection same = learn(halves.second, site).correction;
-  print("calibrated, second half", half.measure(same), raw);
+  print("calibrated", half.measure(learn(learnt).correction), raw);
+  const motion::DriveCorrection same = learn(tested).correction;
+  print("calibrated by the same half", half.measure(same), raw);
   for (std::size_t k = 0; k < kFigures.size(); ++k)
     print(fmt::format("oracle of {}", kFigures[k]).c_str(), half.measure(oracle(half, same, k)),
           raw);
+}
+
+void run(const std::string& log, const std::string& relations) {
+  auto [first, second] = read_halves(log);
+  const Mapped a{first, map_of(first)}, b{second, map_of(second)};
+  fmt::print("{}\n", log);
+  compare("first half for the second", a, b, relations);
+  compare("second half for the first", b, a, relations);
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ using Rows = Eigen::Matrix<double, 3, 7>;
 constexpr double kGate = 18;         // chi-square, 3 degrees of freedom: 1 in 2000
 constexpr double kGross = 0.15;      // m and rad: a step so far off is none
 constexpr double kGrossShare = 0.3;  // of the way or turn, added to it
-constexpr std::size_t kLeastSteps = 100;
+constexpr std::size_t kLeastSteps = 40;
 constexpr std::size_t kBlock = 5;  // steps whose scatter is taken together
 constexpr int kRounds = 12, kFirstDropping = 3, kLastLearning = 7;
 // What the laser's own poses are wrong by, seen over simulated drives: no number of steps tells.
@@ -284,7 +284,7 @@ Calibration calibrate(const std::vector<LaserPose>& laser, const std::vector<Whe
   for (int round = 0; round < kRounds; ++round) {
     std::vector<SeenStep> steps = compare(poses, wheels, state, options);
     if (steps.size() < kLeastSteps)
-      throw Error("fewer than a hundred steps that wheels and laser both have seen");
+      throw Error("fewer than forty steps that wheels and laser both have seen");
     if (round > 0 && round < kLastLearning) {
       const WhitenedSteps gated(steps, state.noise, kGate);
       for (std::size_t i = 0; i < steps.size(); ++i) steps[i].broken = gated.broken(i);

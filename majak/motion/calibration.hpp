@@ -29,7 +29,9 @@ struct CalibrationOptions {
   bool timed = true;     ///< false: the stamps tell only the order, no lag is sought
   double start_lag = 0;  ///< s, within 0.15 s of the truth
   Pose2 T_robot_laser;   ///< nominal
-  double least_way = 0.2, least_turn = 0.2;  ///< m or rad between the laser poses that are used
+  /// m or rad between the laser poses that are used: longer steps tell the slow part of the wheels'
+  /// error, on which drift depends, shorter ones the lag and the place of the laser.
+  double least_way = 0.5, least_turn = 0.5;
 };
 
 struct Calibration {
@@ -52,7 +54,7 @@ struct Calibration {
   }
 };
 
-/// Laser poses in the log's order. Throws Error where fewer than a hundred steps can be compared.
+/// Laser poses in the log's order. Throws Error where fewer than forty steps can be compared.
 Calibration calibrate(const std::vector<LaserPose>& laser, const std::vector<WheelSample>& wheels,
                       const CalibrationOptions& options);
 
