@@ -32,6 +32,7 @@
 #include "majak/io/summary.hpp"
 #include "majak/io/tum.hpp"
 #include "majak/map/occupancy_grid.hpp"
+#include "majak/motion/slip.hpp"
 #include "majak/slam/graph_slam.hpp"
 
 namespace majak::app {
@@ -203,7 +204,8 @@ Site make_site(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
   }
 }
 
-void write_results(const MapOptions& o, const Site& site, Stopwatch& stopwatch,
+void write_results(const MapOptions& o, const Site& site,
+                   const std::vector<motion::SlipEvent>& slips, Stopwatch& stopwatch,
                    std::string& summary) {
   const fs::path folder = o.output;
   std::error_code error;
@@ -220,13 +222,15 @@ void write_results(const MapOptions& o, const Site& site, Stopwatch& stopwatch,
   stopwatch.lap("write");
   draw::ReportExtras extras;
   extras.timing = stopwatch.laps();
+  extras.slips = slips;
   io::write_file_atomically(folder / "report.html", draw::report_html(site, grid, extras));
   stopwatch.lap("report");
-  summary = io::summary_json(site, grid, {}, stopwatch.laps());
+  summary = io::summary_json(site, grid, {}, stopwatch.laps(), slips);
   io::write_file_atomically(folder / "summary.json", summary);
 }
 
-void print_result(const MapOptions& o, const Site& site) {
+void print_result(const MapOptions& o, const Site& site,
+                  const std::vector<motion::SlipEvent>& slips) {
   const auto count = [&](Health h) {
     return std::count_if(site.scans.begin(), site.scans.end(),
                          [&](const PosedScan& s) { return s.estimate.health == h; });
@@ -238,6 +242,11 @@ void print_result(const MapOptions& o, const Site& site) {
   if (const auto n = count(Health::degraded); n > 0) fmt::print(", {} scans degraded", n);
   if (const auto n = count(Health::lost); n > 0) fmt::print(", {} scans lost", n);
   fmt::print("\n");
+  if (!slips.empty())
+    fmt::print(
+        "  {} slips and bumps, the biggest {:.1f} s after the start: {:.2f} m, {:+.1f} degrees\n",
+        slips.size(), to_seconds(slips[0].begin - site.scans[0].scan.time), slips[0].way,
+        degrees(slips[0].turn));
   for (const auto& [what, entry] : site.report.entries())
     fmt::print("  {} x {}{}\n", entry.count, what,
                entry.first_line > 0 ? fmt::format(" (first: line {})", entry.first_line) : "");
@@ -253,12 +262,15 @@ void run_map(MapOptions& o) {
   Stopwatch stopwatch;
   Site site = make_site(o, threads, stopwatch);
   site.options_toml = effective_options(o);
+  auto slips = motion::find_slips(site);
+  motion::sort_by_size(slips);
+  stopwatch.lap("slips");
   std::string summary;
-  write_results(o, site, stopwatch, summary);
+  write_results(o, site, slips, stopwatch, summary);
   if (o.json)
     fmt::print("{}", summary);
   else
-    print_result(o, site);
+    print_result(o, site, slips);
 }
 
 }  // namespace

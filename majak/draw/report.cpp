@@ -17,7 +17,7 @@ namespace majak::draw {
 
 namespace {
 
-constexpr std::size_t kClosureRows = 400, kSkippedRows = 100;
+constexpr std::size_t kClosureRows = 400, kSkippedRows = 100, kSlipRows = 10;
 
 std::string section(const std::string& title, const std::string& body) {
   return body.empty() ? "" : fmt::format("<section>\n<h2>{}</h2>\n{}</section>\n", title, body);
@@ -248,6 +248,26 @@ std::string skipped_section(const Report& report) {
   return section("Skipped and noticed", out + "</tbody></table>\n");
 }
 
+std::string slip_table(const Site& site, const std::vector<motion::SlipEvent>& slips) {
+  if (slips.empty()) return "";
+  std::string out = fmt::format(
+      "<p class=\"soft\">Slips and bumps, where wheels and laser disagree by more than their "
+      "noise: "
+      "{}{}.</p>\n<table><thead><tr><th class=\"l\">what</th><th>at, s</th><th>for, "
+      "s</th><th>off by, cm</th><th>and, °</th></tr></thead><tbody>\n",
+      grouped(static_cast<long long>(slips.size())),
+      slips.size() > kSlipRows ? fmt::format("; the {} biggest", kSlipRows) : "");
+  const Time start = site.scans.front().scan.time;
+  for (std::size_t i = 0; i < std::min(slips.size(), kSlipRows); ++i) {
+    const motion::SlipEvent& e = slips[i];
+    out += fmt::format(
+        "<tr><td class=\"l\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+        motion::name_of(e.kind), number(to_seconds(e.begin - start), 1),
+        number(to_seconds(e.end - e.begin), 1), number(100 * e.way, 0), number(degrees(e.turn), 1));
+  }
+  return out + "</tbody></table>\n";
+}
+
 std::string figure_section(const std::string& title, const std::vector<io::NamedFigure>& figures) {
   if (figures.empty()) return "";
   std::string out = "<table><tbody>\n";
@@ -281,7 +301,7 @@ std::string report_html(const Site& site, const map::OccupancyGrid& grid,
       name, report_style(), escape(verdict_in_words(site, figures)));
   out += tiles(figures);
   out += map_section(site, grid, paths);
-  out += section("The odometry", list(odometry_in_words(site)));
+  out += section("The odometry", list(odometry_in_words(site)) + slip_table(site, extras.slips));
   out += path_section(paths);
   out += chart_section(site, figures);
   out += closure_section(site, figures);

@@ -8,6 +8,7 @@
 #include "majak/core/site.hpp"
 #include "majak/io/summary.hpp"
 #include "majak/map/occupancy_grid.hpp"
+#include "majak/motion/slip.hpp"
 
 namespace majak::draw {
 
@@ -16,7 +17,8 @@ namespace majak::draw {
 struct ReportExtras {
   std::vector<io::NamedFigure> timing;
   std::vector<io::NamedFigure> evaluation;
-  std::string version;  ///< of the program
+  std::string version;                   ///< of the program
+  std::vector<motion::SlipEvent> slips;  ///< biggest first
 };
 
 /// The whole page. Equal sites (and extras) give equal bytes.

@@ -11,6 +11,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr std::size_t kSlips = 20;
+
 /// Reorders its argument.
 double median(std::vector<double>& values) {
   if (values.empty()) return 0;
@@ -95,6 +97,19 @@ Json skipped_json(const Report& report) {
   return list;
 }
 
+Json slips_json(const std::vector<motion::SlipEvent>& slips) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < std::min(slips.size(), kSlips); ++i) {
+    const motion::SlipEvent& e = slips[i];
+    list.push_back({{"kind", motion::name_of(e.kind)},
+                    {"begin_s", to_seconds(e.begin)},
+                    {"end_s", to_seconds(e.end)},
+                    {"way_m", e.way},
+                    {"turn_deg", degrees(e.turn)}});
+  }
+  return {{"count", slips.size()}, {"biggest", list}};
+}
+
 Json named_json(const std::vector<NamedFigure>& figures) {
   Json object = Json::object();
   for (const auto& [name, value] : figures) object[name] = value;
@@ -158,10 +173,12 @@ Figures figures_of(const Site& site, const map::OccupancyGrid& grid) {
 
 std::string summary_json(const Site& site, const map::OccupancyGrid& grid,
                          const std::vector<NamedFigure>& extras,
-                         const std::vector<NamedFigure>& timing) {
+                         const std::vector<NamedFigure>& timing,
+                         const std::vector<motion::SlipEvent>& slips) {
   Json summary = {{"log", site.source_name}};
   summary.update(figures_json(figures_of(site, grid)));
   summary["odometry"] = odometry_json(site);
+  summary["slips"] = slips_json(slips);
   summary["skipped"] = skipped_json(site.report);
   if (!extras.empty()) summary["evaluation"] = named_json(extras);
   if (!timing.empty()) summary["timing"] = named_json(timing);

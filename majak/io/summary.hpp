@@ -10,6 +10,7 @@
 
 #include "majak/core/site.hpp"
 #include "majak/map/occupancy_grid.hpp"
+#include "majak/motion/slip.hpp"
 
 namespace majak::io {
 
@@ -40,9 +41,11 @@ double position_sigma(const Mat3& covariance);
 
 /// summary.json: the figures, what was learnt of the odometry, what was skipped; keys carry units.
 /// `extras` come as they are under their own key (evaluations, say); `timing` is left out when
-/// empty, so that two equal runs give equal bytes.
+/// empty, so that two equal runs give equal bytes. Of `slips`, biggest first, it holds the count
+/// and the first twenty.
 std::string summary_json(const Site& site, const map::OccupancyGrid& grid,
                          const std::vector<NamedFigure>& extras = {},
-                         const std::vector<NamedFigure>& timing = {});
+                         const std::vector<NamedFigure>& timing = {},
+                         const std::vector<motion::SlipEvent>& slips = {});
 
 }  // namespace majak::io

@@ -16,8 +16,9 @@ constexpr double kGate = 18;         // chi-square, 3 degrees of freedom: 1 in 2
 constexpr double kGross = 0.15;      // m and rad: a step so far off is none
 constexpr double kGrossShare = 0.3;  // of the way or turn, added to it
 constexpr std::size_t kLeastSteps = 40;
-constexpr std::size_t kBlock = 5;  // steps whose scatter is taken together
-constexpr int kRounds = 12, kFirstDropping = 3, kLastLearning = 7;
+constexpr std::size_t kBlock = 5;    // steps whose scatter is taken together
+constexpr double kNearFactor = 1.2;  // of the search for a noise that is known roughly
+constexpr int kFirstDropping = 3;
 // What the laser's own poses are wrong by, seen over simulated drives: no number of steps tells.
 constexpr std::array<double, kUnknowns> kFloor{0.001,  0.0015, 0.0004, 0.0013,
                                                0.0004, 0.0006, 0.001};
@@ -230,13 +231,10 @@ void take_correction(const State& s, const CalibrationOptions& o, Calibration& o
       out[Unknown::laser_x].used || out[Unknown::laser_y].used || out[Unknown::laser_theta].used;
 }
 
-// Slips are rare; if a quarter of the steps are none, the laser's poses are wrong.
-bool contradicted(const Calibration& c) { return 4 * c.left_out > c.steps; }
-
 void say_what_is_not_told(const CalibrationOptions& o, Calibration& out) {
   const auto missing = [&](Unknown u) { return !out[u].used; };
   const auto say = [&](const char* text) { out.not_told.emplace_back(text); };
-  if (contradicted(out))
+  if (out.contradicted())
     return say(
         "anything: more than a quarter of the steps contradict the wheels; look at the map of this "
         "log first (majak map), its poses do not hold");
@@ -281,14 +279,14 @@ Calibration calibrate(const std::vector<LaserPose>& laser, const std::vector<Whe
   state.correction.lag = options.timed ? options.start_lag : 0;
   Calibration out;
   Mat7 covariance = Mat7::Identity();
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < options.rounds; ++round) {
     std::vector<SeenStep> steps = compare(poses, wheels, state, options);
     if (steps.size() < kLeastSteps)
       throw Error("fewer than forty steps that wheels and laser both have seen");
-    if (round > 0 && round < kLastLearning) {
+    if (round > 0 && round <= options.rounds / 2) {
       const WhitenedSteps gated(steps, state.noise, kGate);
       for (std::size_t i = 0; i < steps.size(); ++i) steps[i].broken = gated.broken(i);
-      state.noise = learn_noise(steps, state.noise);
+      state.noise = learn_noise(steps, state.noise, round == 1 ? 2 : kNearFactor);
       if (round >= kFirstDropping) {
         drop_bad_poses(steps, WhitenedSteps(steps, state.noise, kGate), poses);
         steps = compare(poses, wheels, state, options);
@@ -302,7 +300,7 @@ Calibration calibrate(const std::vector<LaserPose>& laser, const std::vector<Whe
   }
   out.noise = state.noise;
   take_values(state, covariance, options, out);
-  if (contradicted(out))
+  if (out.contradicted())
     for (Learnt& v : out.values) v.used = false;
   take_lengths(options, out);
   take_correction(state, options, out);

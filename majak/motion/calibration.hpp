@@ -29,6 +29,7 @@ struct CalibrationOptions {
   bool timed = true;     ///< false: the stamps tell only the order, no lag is sought
   double start_lag = 0;  ///< s, within 0.15 s of the truth
   Pose2 T_robot_laser;   ///< nominal
+  int rounds = 12;       ///< of Newton steps, 6 ... 20; in the first half the noise is learnt, too
   /// m or rad between the laser poses that are used: longer steps tell the slow part of the wheels'
   /// error, on which drift depends, shorter ones the lag and the place of the laser.
   double least_way = 0.5, least_turn = 0.5;
@@ -48,6 +49,9 @@ struct Calibration {
   double log_likelihood = 0;
   double way = 0, turned = 0;         ///< m and rad, by the wheels, either way
   std::vector<std::string> not_told;  ///< what this log does not determine, and what to drive
+
+  /// Slips are rare; if a quarter of the steps are none, the laser's poses are wrong.
+  bool contradicted() const { return 4 * left_out > steps; }
 
   const Learnt& operator[](Unknown unknown) const {
     return values[static_cast<std::size_t>(unknown)];

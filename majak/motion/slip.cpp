@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "majak/core/error.hpp"
+
 namespace majak::motion {
 namespace {
 
 constexpr double kLever = 0.2;  // m, weighs a turn against a way
 constexpr double kStepSeconds = 0.3;
+constexpr int kQuickRounds = 6;  // of a calibration for slips alone
 constexpr std::size_t kGap = 1;  // quiet steps within one event
 
 /// The steps [first, last] as one motion.
@@ -44,6 +47,12 @@ SlipEvent event_of(const std::vector<LaserPose>& laser, const std::vector<SeenSt
 }
 
 }  // namespace
+
+void sort_by_size(std::vector<SlipEvent>& events) {
+  const auto size = [](const SlipEvent& e) { return e.way + kLever * std::abs(e.turn); };
+  std::stable_sort(events.begin(), events.end(),
+                   [&](const SlipEvent& a, const SlipEvent& b) { return size(a) > size(b); });
+}
 
 std::vector<SlipEvent> find_slips(const std::vector<LaserPose>& laser,
                                   const std::vector<WheelSample>& wheels, const Calibration& found,
@@ -92,6 +101,28 @@ std::vector<SlipEvent> find_slips(const DriveLog& log, const Site& site,
       for (Time* t : {&e.begin, &e.end})
         *t = site.scans[static_cast<std::size_t>(*t / kSecond)].scan.time;
   return events;
+}
+
+std::vector<SlipEvent> find_slips(const Site& site) {
+  if (site.scans.empty()) return {};
+  DriveLog log;
+  for (const PosedScan& s : site.scans)
+    if (s.T_odom_robot) log.records.push_back({s.scan.time, *s.T_odom_robot, {}, {}});
+  // The lag is mended already, so the scans' order is all that is needed of time.
+  const bool complete = log.records.size() == site.scans.size();
+  const WheelSource source = complete ? WheelSource::ordered : WheelSource::records;
+  const std::vector<LaserPose> laser = laser_poses(site, source);
+  const std::vector<WheelSample> wheels = samples_of(log, source, false, 0);
+  CalibrationOptions options;
+  options.timed = false;
+  options.rounds = kQuickRounds;
+  options.T_robot_laser = site.scans.front().scan.T_robot_laser;
+  try {
+    const LogCalibration found{calibrate(laser, wheels, options), source};
+    if (!found.calibration.contradicted()) return find_slips(log, site, found);
+  } catch (const Error&) {  // the robot went too little way
+  }
+  return {};
 }
 
 }  // namespace majak::motion

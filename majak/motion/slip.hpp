@@ -31,6 +31,9 @@ struct SlipEvent {
   double turn = 0;  ///< rad, the robot's turn less the wheels'
 };
 
+/// The biggest first, a turn weighed as 0.2 m a rad; equals stay in the order of time.
+void sort_by_size(std::vector<SlipEvent>& events);
+
 struct SlipOptions {
   double gate = 26;                ///< chi-square of a step, 3 degrees of freedom: 1 in 100 000
   double least_way = 0.03;         ///< m; smaller disagreements are not told
@@ -47,5 +50,9 @@ std::vector<SlipEvent> find_slips(const std::vector<LaserPose>& laser,
 /// Of a whole log, with the stamps of its scans.
 std::vector<SlipEvent> find_slips(const DriveLog& log, const Site& site,
                                   const LogCalibration& found, double wheelbase = 0);
+
+/// Of a finished map by its scans' own odometry, calibrated by the way. None where there is too
+/// little odometry, or so much contradiction that the map's poses are as much to blame.
+std::vector<SlipEvent> find_slips(const Site& site);
 
 }  // namespace majak::motion

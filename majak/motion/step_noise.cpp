@@ -14,7 +14,7 @@ constexpr double kLeast = 0.0002;         // m and rad, of any step
 constexpr double kLow = 1e-4, kHigh = 1;  // what a noise may be
 constexpr double kUsualLogSigma = 0.7;
 constexpr double kLeastLogDet = -100;
-constexpr double kFirstFactor = 2, kLastFactor = 1.03;  // of the search
+constexpr double kLastFactor = 1.03;  // of the search
 
 double squared(double x) { return x * x; }
 Mat3 floor_of_steps() { return Vec3::Constant(squared(kLeast)).asDiagonal(); }
@@ -41,14 +41,21 @@ WhitenedSteps::WhitenedSteps(const std::vector<SeenStep>& steps, const StepNoise
                              double gate) {
   steps_.resize(steps.size());
   for (std::size_t i = 0; i < steps.size(); ++i) {
+    steps_[i].error = steps[i].error();
+    steps_[i].A = adjoint(steps[i].wheels.inverse());
+  }
+  weigh(steps, noise, gate);
+}
+
+void WhitenedSteps::weigh(const std::vector<SeenStep>& steps, const StepNoise& noise, double gate) {
+  for (std::size_t i = 0; i < steps.size(); ++i) {
     const SeenStep& s = steps[i];
     Step& w = steps_[i];
-    w.A = adjoint(s.wheels.inverse());
     w.Q = noise.wheels(s.way, s.turn) + floor_of_steps();
     w.B_before = noise.wheels(s.split_way_before, s.split_turn_before);
     w.B_after = noise.wheels(s.split_way_after, s.split_turn_after);
     const Mat3 AR = w.A * (noise.pose(s.velocity_before, s.doubt_before) - w.B_before);
-    w.v = s.error();
+    w.v = w.error;
     w.gain.setZero();
     Mat3 S = w.Q + noise.pose(s.velocity_after, s.doubt_after) - w.B_after + AR * w.A.transpose();
     if (i > 0) {
@@ -98,8 +105,10 @@ constexpr std::array<double StepNoise::*, 7> kNoises{
     &StepNoise::turn_of_way,       &StepNoise::turn_of_turn,   &StepNoise::jitter};
 
 // Twice what is usual, or half of it, is no surprise; a few turns alone do not tell their noise.
-double log_posterior(const std::vector<SeenStep>& steps, const StepNoise& noise) {
-  double sum = WhitenedSteps(steps, noise).log_likelihood();
+double log_posterior(const std::vector<SeenStep>& steps, const StepNoise& noise,
+                     WhitenedSteps& white) {
+  white.weigh(steps, noise);
+  double sum = white.log_likelihood();
   for (const auto value : kNoises)
     sum -= 0.5 * squared(std::log(noise.*value / (StepNoise{}.*value)) / kUsualLogSigma);
   return sum;
@@ -107,16 +116,20 @@ double log_posterior(const std::vector<SeenStep>& steps, const StepNoise& noise)
 
 }  // namespace
 
-StepNoise learn_noise(const std::vector<SeenStep>& steps, const StepNoise& start) {
+StepNoise learn_noise(const std::vector<SeenStep>& steps, const StepNoise& start,
+                      double first_factor) {
   StepNoise best = start;
-  double posterior = log_posterior(steps, best);
-  for (double factor = kFirstFactor; factor > kLastFactor; factor = std::sqrt(factor)) {
+  WhitenedSteps white(steps, best);
+  double posterior = log_posterior(steps, best, white);
+  for (double factor = first_factor; factor > kLastFactor; factor = std::sqrt(factor)) {
     for (const auto value : kNoises) {
+      const double before = posterior;
       for (const double by : {factor, 1 / factor}) {
+        if (posterior > before) break;  // back is worse
         for (bool better = true; better;) {
           StepNoise tried = best;
           tried.*value = std::clamp(tried.*value * by, kLow, kHigh);
-          const double found = log_posterior(steps, tried);
+          const double found = log_posterior(steps, tried, white);
           better = found > posterior;
           if (better) best = tried, posterior = found;
         }

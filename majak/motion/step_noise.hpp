@@ -35,6 +35,10 @@ class WhitenedSteps {
   WhitenedSteps(const std::vector<SeenStep>& steps, const StepNoise& noise,
                 double gate = std::numeric_limits<double>::infinity());
 
+  /// Anew with another noise; the steps are those of the constructor.
+  void weigh(const std::vector<SeenStep>& steps, const StepNoise& noise,
+             double gate = std::numeric_limits<double>::infinity());
+
   std::size_t size() const { return steps_.size(); }
   const Vec3& innovation(std::size_t i) const { return steps_[i].v; }
   /// Its normalised square; chi-square with 3 degrees of freedom if the noise is right.
@@ -53,7 +57,7 @@ class WhitenedSteps {
 
  private:
   struct Step {
-    Vec3 v;
+    Vec3 error, v;
     Mat3 S_inverse, gain;
     Mat3 Q, A;               ///< of the wheels; Ad(step^-1)
     Mat3 B_before, B_after;  ///< what interpolation shares out at its ends
@@ -63,7 +67,8 @@ class WhitenedSteps {
   std::vector<Step> steps_;
 };
 
-/// The most likely noise, from `start`.
-StepNoise learn_noise(const std::vector<SeenStep>& steps, const StepNoise& start);
+/// The most likely noise, from `start`, which is sought anew by this factor at first.
+StepNoise learn_noise(const std::vector<SeenStep>& steps, const StepNoise& start,
+                      double first_factor = 2);
 
 }  // namespace majak::motion

@@ -97,6 +97,9 @@ Site GraphSlam::finish() {
     unseen[k] = unseen_motion(site_.scans[keys_[k - 1].scan], site_.scans[keys_[k].scan]);
   place_scans(key_covariances(keys_, refined_, unseen));
   record_constraints();
+  if (options_.use_odometry)  // now that its lag and direction are known
+    for (std::size_t i = 0; i < site_.scans.size(); ++i)
+      site_.scans[i].T_odom_robot = odometry_.pose(i);
   site_.odometry = odometry_.findings();
   OdometryFindings& found = site_.odometry;  // the model knows the place against the nominal one
   const Pose2 T_robot_laser =

@@ -126,6 +126,24 @@ TEST(MapFigure, NamesTheLayersThatAreThere) {
   EXPECT_GT(figure.ellipse_scale, 1);
 }
 
+TEST(Report, ListsTheBiggestSlips) {
+  const std::string head = "Slips and bumps";
+  const Site site = corridor(5);
+  EXPECT_EQ(report_of(site).find(head), std::string::npos);
+  const Time start = site.scans.front().scan.time;
+  ReportExtras extras;
+  extras.slips.assign(
+      12, {start + 7 * kSecond, start + 9 * kSecond, motion::SlipKind::push, 0.25, radians(-30)});
+  const std::string html = report_of(site, extras);
+  expect_well_formed(html);
+  EXPECT_NE(html.find(": 12; the 10 biggest"), std::string::npos);
+  const std::string row = "<tr><td class=\"l\">push</td><td>7</td><td>2</td><td>25</td>";
+  std::size_t rows = 0;
+  for (std::size_t at = html.find(row); at != std::string::npos; at = html.find(row, at + 1))
+    ++rows;
+  EXPECT_EQ(rows, 10U) << html.substr(html.find(head), 600);
+}
+
 TEST(Report, IsOneWellFormedPageThatNeedsNothingElse) {
   Site site = corridor(20);
   site.used_odometry = true;

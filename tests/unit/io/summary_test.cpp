@@ -100,6 +100,23 @@ TEST(Figures, MeasureThePathWithoutKeyScansToo) {
   EXPECT_DOUBLE_EQ(figures_of(site, two_cells()).path_m, 40);
 }
 
+TEST(SummaryJson, CountsSlipsAndListsTheFirstTwenty) {
+  EXPECT_EQ(Json::parse(summary_json(square(), two_cells()))["slips"]["count"], 0);
+  std::vector<motion::SlipEvent> slips(
+      23, {2 * kSecond, 3 * kSecond, motion::SlipKind::push, 0.25, radians(10)});
+  slips[1].kind = motion::SlipKind::jump;
+  const Json json = Json::parse(summary_json(square(), two_cells(), {}, {}, slips))["slips"];
+  EXPECT_EQ(json["count"], 23);
+  ASSERT_EQ(json["biggest"].size(), 20U);
+  const Json& first = json["biggest"][0];
+  EXPECT_EQ(first["kind"], "push");
+  EXPECT_EQ(json["biggest"][1]["kind"], "jump");
+  EXPECT_EQ(first["begin_s"], 2);
+  EXPECT_EQ(first["end_s"], 3);
+  EXPECT_EQ(first["way_m"], 0.25);
+  EXPECT_DOUBLE_EQ(first["turn_deg"], 10);
+}
+
 TEST(SummaryJson, HoldsFiguresFindingsAndWhatWasSkipped) {
   Site site = square();
   site.used_odometry = true;

@@ -142,6 +142,17 @@ Site site_of(const Log& log) {
   return site;
 }
 
+// The same with the odometry at each scan, as the mapping leaves it.
+Site site_with_odometry(const Log& log) {
+  Site site = site_of(log);
+  Pose2 pose;
+  for (std::size_t i = 0; i < log.wheels.size(); ++i) {
+    if (i % 2 == 0) site.scans[i / 2].T_odom_robot = pose;
+    pose = pose * exp(log.wheels[i].twist);
+  }
+  return site;
+}
+
 // The odometry as a stream, or in the scans' own records.
 DriveLog drive_log(const Log& log, bool in_scans) {
   DriveLog out;
@@ -202,6 +213,59 @@ TEST(DriveLog, SlipsAreFoundWhoeverTellsOfTheWheels) {
     for (std::size_t i = 0; i < 3; ++i)
       EXPECT_NEAR(to_seconds(events[i].begin), kThree[i].at, 0.31) << name_of(source);
   }
+}
+
+TEST(FindSlipsOfASite, AreThoseThatWereDriven) {
+  const auto events = find_slips(site_with_odometry(drive(6, 300, kThree)));
+  ASSERT_EQ(events.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(to_seconds(events[i].begin), kThree[i].at, 0.31) << i;
+    EXPECT_NEAR(events[i].way, kThree[i].extra.head<2>().norm(), 0.03) << i;
+    EXPECT_NEAR(events[i].turn, kThree[i].extra.z(), 0.03) << i;
+  }
+}
+
+// Wheels that are wrong all the time, by 3 % and 3 degrees a metre, are no slip.
+TEST(FindSlipsOfASite, ConstantFaultsAreNone) {
+  Log log = drive(7, 300);
+  for (WheelSample& s : log.wheels)
+    s.twist = Vec3(1.03 * s.twist.x(), 0, s.twist.z() + 0.05 * s.twist.x());
+  EXPECT_TRUE(find_slips(site_with_odometry(log)).empty());
+}
+
+// Then its stamps have to serve.
+TEST(FindSlipsOfASite, AScanMayLackItsOdometry) {
+  Site site = site_with_odometry(drive(6, 300, kThree));
+  for (std::size_t i = 5; i < site.scans.size(); i += 50) site.scans[i].T_odom_robot.reset();
+  EXPECT_EQ(find_slips(site).size(), 3U);
+}
+
+TEST(FindSlipsOfASite, ASiteThatTellsTooLittleHasNone) {
+  EXPECT_TRUE(find_slips(Site{}).empty());
+  EXPECT_TRUE(find_slips(site_of(drive(8, 300))).empty());            // no odometry
+  EXPECT_TRUE(find_slips(site_with_odometry(drive(8, 10))).empty());  // no way
+}
+
+// A map whose poses are wrong everywhere says nothing of the wheels.
+TEST(FindSlipsOfASite, ContradictionIsNoSlip) {
+  Site site = site_with_odometry(drive(9, 300));
+  RandomStream random(9, 1);
+  Pose2 off;
+  for (PosedScan& s : site.scans) {
+    if (random.uniform(0, 1) < 0.1) off = off * Pose2{0.3, 0.3, 0.3};
+    s.estimate.T_map_robot = s.estimate.T_map_robot * off;
+  }
+  EXPECT_TRUE(find_slips(site).empty());
+}
+
+TEST(SortBySize, TheBiggestComesFirstAndEqualsStayInOrder) {
+  std::vector<SlipEvent> events{{1, 2, SlipKind::slip, 0.1, 0},
+                                {3, 4, SlipKind::push, 0, -1},
+                                {5, 6, SlipKind::push, 0.1, 0},
+                                {7, 8, SlipKind::slip, 0.05, 0.6}};
+  sort_by_size(events);
+  const Time order[] = {3, 7, 1, 5};
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(events[i].begin, order[i]);
 }
 
 }  // namespace
