@@ -21,3 +21,9 @@ done
 # The log's own stamps, in the log's order.
 awk '/^FLASER/ { printf "%.6f\n", $(NF - 2) }' short.log >stamps
 awk '!/^#/ { print $1 }' result/trajectory.tum | cmp -s stamps - || fail "the stamps are not the log's"
+# Four times the wheels and the robot do not agree.
+ok "$majak" simulate building --short --seed 5 --set robot.bumps=2 --set robot.slips=2 -o bumped.log
+ok "$majak" map bumped.log -o bumped
+grep -q '4 slips and bumps' out || fail "$(cat out)"
+grep -A 1 '"slips"' bumped/summary.json | grep -q '"count": 4' || fail "no slips in summary.json"
+grep -q 'Slips and bumps' bumped/report.html || fail "no slips in the report"
