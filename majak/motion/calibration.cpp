@@ -286,7 +286,8 @@ Calibration calibrate(const std::vector<LaserPose>& laser, const std::vector<Whe
     if (round > 0 && round <= options.rounds / 2) {
       const WhitenedSteps gated(steps, state.noise, kGate);
       for (std::size_t i = 0; i < steps.size(); ++i) steps[i].broken = gated.broken(i);
-      state.noise = learn_noise(steps, state.noise, round == 1 ? 2 : kNearFactor);
+      state.noise =
+          learn_noise(steps, state.noise, {round == 1 ? 2 : kNearFactor, options.noise_factor});
       if (round >= kFirstDropping) {
         drop_bad_poses(steps, WhitenedSteps(steps, state.noise, kGate), poses);
         steps = compare(poses, wheels, state, options);

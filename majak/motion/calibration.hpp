@@ -30,6 +30,7 @@ struct CalibrationOptions {
   double start_lag = 0;  ///< s, within 0.15 s of the truth
   Pose2 T_robot_laser;   ///< nominal
   int rounds = 12;       ///< of Newton steps, 6 ... 20; in the first half the noise is learnt, too
+  double noise_factor = 1.03;  ///< to which the noise is sought, 1.01 ... 1.2
   /// m or rad between the laser poses that are used: longer steps tell the slow part of the wheels'
   /// error, on which drift depends, shorter ones the lag and the place of the laser.
   double least_way = 0.5, least_turn = 0.5;

@@ -11,7 +11,9 @@ namespace {
 
 constexpr double kLever = 0.2;  // m, weighs a turn against a way
 constexpr double kStepSeconds = 0.3;
-constexpr int kQuickRounds = 6;  // of a calibration for slips alone
+// A calibration for slips alone need not be exact.
+constexpr int kQuickRounds = 8;
+constexpr double kQuickFactor = 1.1;
 constexpr std::size_t kGap = 1;  // quiet steps within one event
 
 /// The steps [first, last] as one motion.
@@ -115,7 +117,7 @@ std::vector<SlipEvent> find_slips(const Site& site) {
   const std::vector<WheelSample> wheels = samples_of(log, source, false, 0);
   CalibrationOptions options;
   options.timed = false;
-  options.rounds = kQuickRounds;
+  options.rounds = kQuickRounds, options.noise_factor = kQuickFactor;
   options.T_robot_laser = site.scans.front().scan.T_robot_laser;
   try {
     const LogCalibration found{calibrate(laser, wheels, options), source};

@@ -14,7 +14,6 @@ constexpr double kLeast = 0.0002;         // m and rad, of any step
 constexpr double kLow = 1e-4, kHigh = 1;  // what a noise may be
 constexpr double kUsualLogSigma = 0.7;
 constexpr double kLeastLogDet = -100;
-constexpr double kLastFactor = 1.03;  // of the search
 
 double squared(double x) { return x * x; }
 Mat3 floor_of_steps() { return Vec3::Constant(squared(kLeast)).asDiagonal(); }
@@ -117,11 +116,11 @@ double log_posterior(const std::vector<SeenStep>& steps, const StepNoise& noise,
 }  // namespace
 
 StepNoise learn_noise(const std::vector<SeenStep>& steps, const StepNoise& start,
-                      double first_factor) {
+                      const NoiseSearch& search) {
   StepNoise best = start;
   WhitenedSteps white(steps, best);
   double posterior = log_posterior(steps, best, white);
-  for (double factor = first_factor; factor > kLastFactor; factor = std::sqrt(factor)) {
+  for (double factor = search.first; factor > search.last; factor = std::sqrt(factor)) {
     for (const auto value : kNoises) {
       const double before = posterior;
       for (const double by : {factor, 1 / factor}) {

@@ -67,8 +67,13 @@ class WhitenedSteps {
   std::vector<Step> steps_;
 };
 
-/// The most likely noise, from `start`, which is sought anew by this factor at first.
+/// How finely the noise is sought: by this factor at first, at last by one above `last`.
+struct NoiseSearch {
+  double first = 2, last = 1.03;
+};
+
+/// The most likely noise, from `start`.
 StepNoise learn_noise(const std::vector<SeenStep>& steps, const StepNoise& start,
-                      double first_factor = 2);
+                      const NoiseSearch& search = {});
 
 }  // namespace majak::motion
