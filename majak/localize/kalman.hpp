@@ -44,7 +44,7 @@ struct KalmanOptions {
   double gps_sigma = 0.35;       ///< m, where the receiver does not say
   double gps_fast_share = 0.15;  ///< of it, from fix to fix
   double gps_memory = 200;       ///< s, of the slow part
-  double antenna_sigma = 2;      ///< m, its place on the robot, ahead and to the side
+  double antenna_sigma = 1;      ///< m, its place on the robot, ahead and to the side
   GpsPiecesOptions pieces;
 
   beacon::ReflectorOptions reflectors;

@@ -2,9 +2,11 @@
 #include "majak/io/mcap_log_writer.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "majak/core/angle.hpp"
@@ -15,7 +17,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path scratch(const char* name) { return fs::temp_directory_path() / name; }
+// Tests of one program run beside each other.
+fs::path scratch(const std::string& name) {
+  return fs::temp_directory_path() / (std::to_string(::getpid()) + name);
+}
 
 Scan scan_at(int i) {
   Scan scan;
