@@ -31,11 +31,18 @@ struct LearntValue {
   double sigma = 0;
 };
 
+/// How long a part of the work took, where a clock was given.
+struct PhaseTime {
+  const char* name = "";
+  double seconds = 0;
+};
+
 /// What a finished run leaves: its best estimates, by time.
 struct Localization {
   std::vector<Estimate> estimates;
   std::vector<Innovation> innovations;
   std::vector<LearntValue> learnt;
+  std::vector<PhaseTime> phases;
   Report report;
 };
 

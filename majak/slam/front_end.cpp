@@ -127,7 +127,7 @@ bool FrontEnd::told_before(const MotionPrior& motion, const match::Match& found)
 }
 
 MotionPrior FrontEnd::habit(Time now) const {
-  const Habit::Prediction p = habit_.predict(now - last_time_);
+  const motion::Habit::Prediction p = habit_.predict(now - last_time_);
   return {p.T_previous_robot, p.sigma_translation, p.sigma_rotation, true};
 }
 

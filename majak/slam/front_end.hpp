@@ -10,7 +10,7 @@
 #include "majak/match/correlative.hpp"
 #include "majak/match/point_to_line.hpp"
 #include "majak/match/scan_points.hpp"
-#include "majak/slam/habit.hpp"
+#include "majak/motion/habit.hpp"
 
 namespace majak::slam {
 
@@ -86,7 +86,7 @@ class FrontEnd {
   Pose2 T_key_predicted_;       // motion since the last key scan, without the laser
   Vec3 predicted_variance_ = Vec3::Zero();
   Pose2 pose_, last_key_;
-  Habit habit_;
+  motion::Habit habit_;
   Time last_time_ = 0;
   int poor_ = 0;  // scans in a row that did not fit
   int told_ = 0;  // scans in a row that told the rumour: a pose that contradicts the wheels

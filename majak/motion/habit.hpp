@@ -10,7 +10,7 @@
 #include "majak/core/pose2.hpp"
 #include "majak/core/time.hpp"
 
-namespace majak::slam {
+namespace majak::motion {
 
 class Habit {
  public:
@@ -43,4 +43,4 @@ class Habit {
   std::array<double, 4> translation2_, rotation2_;  // mean square errors of the candidates
 };
 
-}  // namespace majak::slam
+}  // namespace majak::motion

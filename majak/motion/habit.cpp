@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "majak/slam/habit.hpp"
+#include "majak/motion/habit.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace majak::slam {
+namespace majak::motion {
 namespace {
 
 constexpr double kMemory = 0.02;               // share of the newest error in the mean
@@ -73,4 +73,4 @@ void Habit::observe(const Pose2& T_previous_robot, Duration time, bool trusted) 
 
 void Habit::forget() { count_ = 0; }
 
-}  // namespace majak::slam
+}  // namespace majak::motion

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "majak/slam/habit.hpp"
+#include "majak/motion/habit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "majak/core/random.hpp"
 
-namespace majak::slam {
+namespace majak::motion {
 namespace {
 
 constexpr double kLeastSigma = 0.02, kMostSigma = 0.10;  // m, rad
@@ -175,4 +175,4 @@ TEST(Habit, AClockThatStandsOrRunsBackIsNotStretchedBy) {
 }
 
 }  // namespace
-}  // namespace majak::slam
+}  // namespace majak::motion

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// Localization on known maps, measured.
+//   run_localization track SITE LOG [RELATIONS]   tracking on a run's own map: error and time
+//   run_localization search SITE [QUERIES]        one scan on the whole map: every other minute of
+//   the
+//                                                 run makes the map, scans of the others are looked
+//                                                 for
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "majak/core/error.hpp"
+#include "majak/core/random.hpp"
+#include "majak/eval/relations.hpp"
+#include "majak/io/site_file.hpp"
+#include "majak/io/source.hpp"
+#include "majak/localize/global_localization.hpp"
+#include "majak/localize/tracking.hpp"
+
+namespace {
+
+using namespace majak;
+
+double seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::vector<Event> read(const std::string& path) {
+  std::vector<Event> events;
+  const auto source = io::open_log(path);
+  while (auto event = source->next()) events.push_back(std::move(*event));
+  return events;
+}
+
+void track(const std::string& site_file, const std::string& log, const std::string& relations) {
+  const Site site = io::read_site(site_file);
+  const auto place = localize::place_of(site);
+  const auto events = read(log);
+  auto localizer = localize::tracking(place, {}, site.scans.front().estimate.T_map_robot, seconds);
+  const double begin = seconds();
+  for (const Event& event : events) localizer.add(event);
+  const auto run = localizer.finish();
+  const double whole = seconds() - begin;
+  eval::Trajectory path;
+  int health[3] = {};
+  double nis = 0;
+  for (const Estimate& e : run.estimates) {
+    path.push_back({e.time, e.T_map_robot});
+    ++health[static_cast<int>(e.health)];
+  }
+  for (const auto& i : run.innovations) nis += i.nis;
+  const auto n = static_cast<double>(run.estimates.size());
+  fmt::print("{} scans, {:.4f} ms a scan:", run.estimates.size(), 1e3 * whole / n);
+  for (const auto& phase : run.phases)
+    fmt::print(" {} {:.4f}", phase.name, 1e3 * phase.seconds / n);
+  fmt::print("\n  ok {} degraded {} lost {}, NIS {:.2f} (3)\n", health[0], health[1], health[2],
+             nis / n);
+  if (relations.empty()) return;
+  Report report;
+  const auto result = eval::evaluate_relations_in_both_frames(
+      path, site.scans.front().scan.T_robot_laser, eval::read_relations(relations, report));
+  const auto& e = result.best().all;
+  fmt::print("  relations {:.4f} m, {:.2f} degrees; unmatched {}\n", e.translation.mean,
+             degrees(e.rotation.mean), result.best().unmatched);
+}
+
+/// The scans of every other minute of a run make the map; the rest are questions to it.
+struct Halves {
+  Site known;
+  std::vector<const PosedScan*> questions;  // whose surroundings the map has
+};
+
+Halves split(const Site& site) {
+  Halves halves;
+  halves.known.source_name = site.source_name;
+  std::vector<const PosedScan*> others;
+  for (const PosedScan& s : site.scans) {
+    const bool known = (s.scan.time - site.scans.front().scan.time) / (60 * kSecond) % 2 == 0;
+    if (known)
+      halves.known.scans.push_back(s);
+    else
+      others.push_back(&s);
+  }
+  const auto place = localize::place_of(halves.known);
+  for (const PosedScan* s : others) {
+    const match::Beams beams = match::beams(s->scan);
+    std::size_t on = 0;
+    for (std::size_t i = 0; i < beams.returns; ++i)
+      on += place->distances.at(s->estimate.T_map_robot * Vec2(beams.x[i], beams.y[i])) < 0.15;
+    if (beams.returns >= 20 && 10 * on >= 7 * beams.returns &&
+        place->known.at(s->estimate.T_map_robot.translation()) == map::CellState::free)
+      halves.questions.push_back(s);
+  }
+  return halves;
+}
+
+void search(const std::string& site_file, int queries) {
+  const Site site = io::read_site(site_file);
+  const Halves halves = split(site);
+  const auto place = localize::place_of(halves.known);
+  const double begin = seconds();
+  const localize::GlobalLocalization search(place);
+  fmt::print("{} x {} m, {} questions of {} scans; made in {:.3f} s\n",
+             place->known.width * place->known.resolution,
+             place->known.height * place->known.resolution, halves.questions.size(),
+             site.scans.size(), seconds() - begin);
+  RandomStream random(1);
+  int rank[12] = {};
+  int sure = 0, sure_and_wrong = 0;
+  double time = 0, longest = 0;
+  for (int q = 0; q < queries; ++q) {
+    const PosedScan& asked = *halves.questions[random.below(halves.questions.size())];
+    const double t0 = seconds();
+    const auto result = search.find(asked.scan);
+    const double t = seconds() - t0;
+    time += t, longest = std::max(longest, t);
+    std::size_t k = 0;
+    for (; k < result.hypotheses.size(); ++k) {
+      const Pose2 off = between(asked.estimate.T_map_robot, result.hypotheses[k].T_map_robot);
+      if (off.translation().norm() < 0.5 && std::abs(off.theta) < radians(10)) break;
+    }
+    if (!result.hypotheses.empty() && result.hypotheses[0].probability > 0.95) {
+      ++sure;
+      sure_and_wrong += k != 0;
+    }
+    ++rank[k < result.hypotheses.size() ? std::min<std::size_t>(k, 10) : 11];
+  }
+  const double n = queries;
+  fmt::print(
+      "  first {:.1f} %, first three {:.1f} %, in the list {:.1f} %; {:.1f} ms, at most {:.1f} ms, "
+      "sure {:.1f} %, of these wrong {:.1f} %\n",
+      100 * rank[0] / n, 100 * (rank[0] + rank[1] + rank[2]) / n, 100 * (n - rank[11]) / n,
+      1e3 * time / n, 1e3 * longest, 100 * sure / n, 100.0 * sure_and_wrong / std::max(sure, 1));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const std::string task = argc > 1 ? argv[1] : "";
+    if (task == "track" && argc > 3)
+      track(argv[2], argv[3], argc > 4 ? argv[4] : "");
+    else if (task == "search" && argc > 2)
+      search(argv[2], argc > 3 ? std::stoi(argv[3]) : 200);
+    else
+      throw Error("run_localization track SITE LOG [RELATIONS] | search SITE [QUERIES]");
+  } catch (const Error& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return 1;
+  }
+}

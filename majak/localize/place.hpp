@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Place: a known map with all that localization looks up in it. Made once, shared by all methods.
+#pragma once
+
+#include <memory>
+
+#include "majak/core/site.hpp"
+#include "majak/map/distance_field.hpp"
+#include "majak/map/known_map.hpp"
+#include "majak/map/surfel_map.hpp"
+#include "majak/match/likelihood_field.hpp"
+
+namespace majak::localize {
+
+struct Place {
+  map::KnownMap known;
+  map::DistanceField distances;
+  match::LikelihoodField likelihood;
+  map::SurfelMap surfaces;
+};
+using PlacePtr = std::shared_ptr<const Place>;
+
+/// Of a map file. Throws Error where nobody could be localized: no wall in it, or no free cell.
+PlacePtr place_of(map::KnownMap known, const match::LikelihoodFieldOptions& options = {});
+
+/// Of a run: its surfaces are where its scans saw them, not where cells lie.
+PlacePtr place_of(const Site& site, const match::LikelihoodFieldOptions& options = {});
+
+}  // namespace majak::localize

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tracking (thesis p. 21, local methods): the pose is known; each scan corrects it. Four phases:
+// the robot moves, odometry predicts, the laser measures, and what it sees is compared with the map
+// and corrects the prediction. Cannot find a robot that was carried away; it says that it is lost.
+#pragma once
+
+#include <array>
+#include <functional>
+
+#include "majak/core/estimate.hpp"
+#include "majak/core/options.hpp"
+#include "majak/localize/localizer.hpp"
+#include "majak/localize/place.hpp"
+#include "majak/localize/scan_feed.hpp"
+#include "majak/match/correlative.hpp"
+#include "majak/match/point_to_line.hpp"
+#include "majak/match/scan_points.hpp"
+
+namespace majak::localize {
+
+struct TrackingOptions {
+  double start_sigma = 0.3;     ///< m, how well the start is known
+  double start_turn = 0.2;      ///< rad
+  double return_sigma = 0.05;   ///< m, of a return against the map; neighbours err together
+  double map_sigma = 0.005;     ///< m, of the map itself, the same from scan to scan
+  double map_turn = 0.001;      ///< rad
+  double trusted_score = 0.75;  ///< share of returns on the map below which a window is searched
+  double lost_score = 0.45;     ///< share below which, for `patience` scans, the robot is lost
+  int patience = 3;
+  double search_translation = 0.6;  ///< m, half width of that window
+  double search_rotation = 0.5;     ///< rad
+};
+void describe(OptionFields& fields, TrackingOptions& options);
+
+class Tracker {
+ public:
+  /// start: T_map_robot at the first scan.
+  Tracker(PlacePtr place, const TrackingOptions& options, const Pose2& start);
+
+  /// The four phases one after the other.
+  Estimate add(const FedScan& scan);
+
+  void move(const FedScan& scan);     ///< 1. how the wheels say the robot moved
+  void predict();                     ///< 2. where that puts it, and how surely
+  void measure(const FedScan& scan);  ///< 3. what the laser sees, as points
+  Estimate correct();                 ///< 4. where on the map that fits
+
+  const Pose2& predicted() const { return T_map_predicted_; }
+  const match::Match& match() const { return match_; }
+  /// Of the correction against the prediction; chi-square with three degrees of freedom if honest.
+  double nis() const { return nis_; }
+
+ private:
+  void search_window();
+
+  PlacePtr place_;
+  TrackingOptions options_;
+  match::AlignOptions align_;
+  match::BeamDirections directions_;
+  Estimate estimate_;
+  Mat3 covariance_;  ///< map axes at the robot, without what the map itself errs by
+  FedScan motion_;
+  Pose2 T_map_predicted_;
+  Mat3 predicted_covariance_ = Mat3::Zero();
+  match::ScanPoints points_;
+  match::Match match_;
+  double nis_ = 0;
+  int poor_ = 0;  ///< scans in a row that did not fit
+  bool started_ = false;
+};
+
+/// As the registry wants it. `clock`: seconds, or nothing; the phases are timed by it.
+Localizer tracking(const PlacePtr& place, const TrackingOptions& options, const Pose2& start,
+                   const std::function<double()>& clock = {});
+
+}  // namespace majak::localize
