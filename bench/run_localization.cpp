@@ -119,15 +119,15 @@ void search(const std::string& site_file, int queries) {
     const double t = seconds() - t0;
     time += t, longest = std::max(longest, t);
     std::size_t k = 0;
-    for (; k < result.hypotheses.size(); ++k) {
-      const Pose2 off = between(asked.estimate.T_map_robot, result.hypotheses[k].T_map_robot);
+    for (; k < result.places.size(); ++k) {
+      const Pose2 off = between(asked.estimate.T_map_robot, result.places[k].T_map_robot);
       if (off.translation().norm() < 0.5 && std::abs(off.theta) < radians(10)) break;
     }
-    if (!result.hypotheses.empty() && result.hypotheses[0].probability > 0.95) {
+    if (!result.places.empty() && result.places[0].probability > 0.95) {
       ++sure;
       sure_and_wrong += k != 0;
     }
-    ++rank[k < result.hypotheses.size() ? std::min<std::size_t>(k, 10) : 11];
+    ++rank[k < result.places.size() ? std::min<std::size_t>(k, 10) : 11];
   }
   const double n = queries;
   fmt::print(

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/io/png.hpp"
 
+#include <png.h>
 #include <zlib.h>
 
+#include <fmt/format.h>
+
+#include <cstdint>
 #include <string_view>
 
 #include "majak/core/error.hpp"
@@ -74,6 +78,29 @@ std::string encode_png(const Image& image) {
   append_chunk(out, "IDAT", deflate_rows(image));
   append_chunk(out, "IEND", "");
   return out;
+}
+
+Image decode_grey_png(const std::string& bytes, const std::string& name, std::uint8_t under) {
+  constexpr png_uint_32 kMostSide = 1U << 24;
+  constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 28;
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  const auto fail = [&](const char* why) {
+    const std::string text = fmt::format("{}: no readable PNG: {}", name, why);
+    png_image_free(&png);
+    throw Error(text);
+  };
+  if (png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()) == 0) fail(png.message);
+  if (png.width > kMostSide || png.height > kMostSide ||
+      std::uint64_t{png.width} * png.height > kMostPixels)
+    fail("too many pixels");
+  png.format = PNG_FORMAT_GA;
+  Image both(static_cast<int>(png.width), static_cast<int>(png.height), 2);
+  if (png_image_finish_read(&png, nullptr, both.pixels.data(), 0, nullptr) == 0) fail(png.message);
+  Image grey(both.width, both.height, 1);
+  for (std::size_t i = 0; i < grey.pixels.size(); ++i)
+    grey.pixels[i] = both.pixels[2 * i + 1] < 128 ? under : both.pixels[2 * i];
+  return grey;
 }
 
 }  // namespace majak::io

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures to PNG bytes (ISO/IEC 15948), 8 bits a channel.
+// Pictures to PNG bytes (ISO/IEC 15948), 8 bits a channel, and back.
 #pragma once
 
 #include <cstddef>
@@ -31,5 +31,9 @@ struct Image {
 /// Flat-coloured pictures pack well without filters, so none are used. Throws Error when the size
 /// does not fit the pixels or there are none.
 std::string encode_png(const Image& image);
+
+/// Any PNG as grey values; what is transparent comes out as `under`. Throws Error (name, what is
+/// wrong).
+Image decode_grey_png(const std::string& bytes, const std::string& name, std::uint8_t under = 205);
 
 }  // namespace majak::io

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "majak/core/options.hpp"
+#include "majak/localize/localizer.hpp"
 #include "majak/localize/place.hpp"
 #include "majak/match/global_search.hpp"
 
@@ -21,24 +22,29 @@ struct GlobalOptions {
   double elsewhere = 0.5;   ///< mean likelihood of a place that the map does not show
 };
 
-struct Hypothesis {
-  Pose2 T_map_robot;
-  Mat3 covariance = Mat3::Zero();  ///< map axes, of the fit
-  double probability = 0;
-  double score = 0;    ///< share of returns that lie on the map
+/// How well a scan fits a pose.
+struct PoseFit {
+  double cost = 0;     ///< nat, of a beam in the mean; 0 is perfect
   double through = 0;  ///< share of beams that would have passed through walls
 };
 
+struct FoundPlace : Hypothesis {
+  double score = 0;  ///< share of returns that lie on the map
+  PoseFit fit;
+};
+
 struct GlobalAnswer {
-  std::vector<Hypothesis> hypotheses;  ///< the likeliest first
-  double elsewhere = 1;                ///< probability that it is none of them
-  bool complete = true;                ///< false: the search ended early
+  std::vector<FoundPlace> places;  ///< the likeliest first
+  double elsewhere = 1;            ///< probability that it is none of them
+  bool complete = true;            ///< false: the search ended early
 };
 
 class GlobalLocalization {
  public:
   explicit GlobalLocalization(PlacePtr place, const GlobalOptions& options = {});
   GlobalAnswer find(const Scan& scan) const;
+  /// Of any pose, in the same coin.
+  PoseFit weigh(const match::Beams& beams, const Pose2& T_map_robot) const;
 
  private:
   PlacePtr place_;

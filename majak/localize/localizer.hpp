@@ -31,6 +31,19 @@ struct LearntValue {
   double sigma = 0;
 };
 
+/// One of several places where the robot may be.
+struct Hypothesis {
+  Pose2 T_map_robot;
+  Mat3 covariance = Mat3::Zero();  ///< map axes
+  double probability = 0;
+};
+
+/// What a method that keeps several knew at a time, the likeliest first.
+struct HypothesesAt {
+  Time time = 0;
+  std::vector<Hypothesis> hypotheses;
+};
+
 /// How long a part of the work took, where a clock was given.
 struct PhaseTime {
   const char* name = "";
@@ -42,6 +55,7 @@ struct Localization {
   std::vector<Estimate> estimates;
   std::vector<Innovation> innovations;
   std::vector<LearntValue> learnt;
+  std::vector<HypothesesAt> hypotheses;
   std::vector<PhaseTime> phases;
   Report report;
 };

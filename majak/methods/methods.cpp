@@ -17,6 +17,11 @@ localize::KalmanOptions kalman_options(const LocalizeOptions& o) {
   return options;
 }
 
+localize::PlacePtr place_of(const LocalizeOptions& o, const char* method) {
+  if (!o.place) throw Error(std::string(method) + " needs --map MAP");
+  return o.place;
+}
+
 const Method kMethods[] = {
     {"dead-reckoning", "dead reckoning, p. 15", "odometry, or wheel speed and steering",
      "trajectory with growing covariance",
@@ -43,6 +48,11 @@ const Method kMethods[] = {
        const KalmanWithLaserOptions options{kalman_options(o), {}};
        return kalman_with_laser(options, o.start, o.beacons);
      }},
+    {"tracking", "local methods, p. 21", "--map MAP, --start, scans; odometry helps",
+     "trajectory with covariance",
+     [](const LocalizeOptions& o) {
+       return localize::tracking(place_of(o, "tracking"), o.tracking, o.start, o.clock);
+     }},
 };
 
 }  // namespace
@@ -53,6 +63,7 @@ void describe(OptionFields& fields, LocalizeOptions& o) {
   fields.add("start.theta", o.start.theta, {"rad", "its heading, counter-clockwise from x"});
   localize::describe(fields, o.dead_reckoning);
   localize::describe(fields, o.kalman);
+  localize::describe(fields, o.tracking);
   fields.add("reflectors.threshold", o.reflectors.threshold,
              {"raw units", "least intensity of a reflector; 0: from the scan itself", 0, 1e9});
   fields.add("reflectors.contrast", o.reflectors.contrast,

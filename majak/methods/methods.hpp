@@ -3,6 +3,7 @@
 // compares methods. A new method is one new file and one new row.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string_view>
 
@@ -11,6 +12,8 @@
 #include "majak/localize/dead_reckoning.hpp"
 #include "majak/localize/kalman.hpp"
 #include "majak/localize/localizer.hpp"
+#include "majak/localize/place.hpp"
+#include "majak/localize/tracking.hpp"
 #include "majak/motion/drive_correction.hpp"
 
 namespace majak::methods {
@@ -20,8 +23,12 @@ struct LocalizeOptions {
   Pose2 start;  ///< T_map_robot at the first record, for methods that are told
   localize::DeadReckoningOptions dead_reckoning;
   localize::KalmanOptions kalman;
+  localize::TrackingOptions tracking;
+  std::function<double()> clock;  ///< s; the parts of the work are timed by it where it is given
   beacon::ReflectorOptions reflectors;
-  beacon::BeaconMap beacons;      ///< where they stand; no option, but an input like the log
+  beacon::BeaconMap beacons;  ///< where they stand; no option, but an input like the log
+  localize::PlacePtr
+      place;  ///< the known map, for methods that need one; no option, but an input like the log
   motion::DriveCorrection drive;  ///< from a calibration; the log is mended with it first
 };
 void describe(OptionFields& fields, LocalizeOptions& options);
