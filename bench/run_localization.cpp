@@ -5,6 +5,8 @@
 //   the
 //                                                 run makes the map, scans of the others are looked
 //                                                 for
+//   run_localization kidnap SITE [TIMES]    find and track on that map: from nowhere, then carried
+//                                           to another place
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -18,6 +20,7 @@
 #include "majak/eval/relations.hpp"
 #include "majak/io/site_file.hpp"
 #include "majak/io/source.hpp"
+#include "majak/localize/find_and_track.hpp"
 #include "majak/localize/global_localization.hpp"
 #include "majak/localize/tracking.hpp"
 
@@ -137,6 +140,89 @@ void search(const std::string& site_file, int queries) {
       1e3 * time / n, 1e3 * longest, 100 * sure / n, 100.0 * sure_and_wrong / std::max(sure, 1));
 }
 
+/// Scans from `first` on with the wheels' motion between them.
+localize::FedScan fed(const Site& site, std::size_t k, bool continues) {
+  localize::FedScan f;
+  f.scan = site.scans[k].scan;
+  if (!continues || !site.scans[k].T_odom_robot || !site.scans[k - 1].T_odom_robot) return f;
+  f.T_previous_robot = between(*site.scans[k - 1].T_odom_robot, *site.scans[k].T_odom_robot);
+  const double way = f.T_previous_robot.translation().norm(),
+               turn = std::abs(f.T_previous_robot.theta);
+  f.covariance = Vec3(0.01 + 0.1 * way, 0.01 + 0.1 * way, 0.01 + 0.1 * turn + 0.05 * way)
+                     .cwiseAbs2()
+                     .asDiagonal();
+  f.by_wheels = true;
+  return f;
+}
+
+struct Outcome {
+  int found = -1;      // updates until it is tracked at the right place
+  int told = -1;       // updates until it says that it is lost
+  bool wrong = false;  // tracked at a wrong place at the end
+};
+
+/// Drives on from scan `first` for so many updates; an update is 0.2 m or 0.2 rad.
+Outcome drive(localize::FindAndTrack& method, const Site& site, std::size_t first, int updates) {
+  Outcome outcome;
+  double way = 0, turned = 0;
+  int done = 0;
+  bool right = false;
+  Estimate e;
+  for (std::size_t k = first; k < site.scans.size() && done < updates; ++k) {
+    const auto scan = fed(site, k, k > first);
+    way += scan.T_previous_robot.translation().norm();
+    turned += std::abs(scan.T_previous_robot.theta);
+    e = method.add(scan);
+    if (k == first || way > 0.2 || turned > 0.2) ++done, way = turned = 0;
+    const Pose2 off = between(site.scans[k].estimate.T_map_robot, e.T_map_robot);
+    right = off.translation().norm() < 0.5 && std::abs(off.theta) < radians(10);
+    if (outcome.told < 0 && e.health == Health::lost) outcome.told = done;
+    if (outcome.found < 0 && right && method.tracking() && e.health != Health::lost)
+      outcome.found = done;
+  }
+  outcome.wrong = method.tracking() && !right;
+  return outcome;
+}
+
+void kidnap(const std::string& site_file, int times) {
+  const Site site = io::read_site(site_file);
+  const Halves halves = split(site);
+  const auto place = localize::place_of(halves.known);
+  RandomStream random(1);
+  const auto question = [&] {
+    return static_cast<std::size_t>(halves.questions[random.below(halves.questions.size())] -
+                                    site.scans.data());
+  };
+  int within[2] = {}, recovered = 0, told = 0, wrong = 0;
+  std::vector<int> needed;
+  for (int i = 0; i < times; ++i) {
+    localize::FindAndTrack method(place, {}, {}, {});
+    const std::size_t a = question();
+    std::size_t b = question();
+    while ((site.scans[a].estimate.T_map_robot.translation() -
+            site.scans[b].estimate.T_map_robot.translation())
+               .norm() < 3)
+      b = question();
+    const Outcome start = drive(method, site, a, 40);
+    within[0] += start.found > 0 && start.found <= 15;
+    within[1] += start.found > 0;
+    wrong += start.wrong;
+    if (start.found < 0 || start.wrong) continue;
+    needed.push_back(start.found);
+    const Outcome carried = drive(method, site, b, 20);
+    recovered += carried.found > 0;
+    told += carried.told > 0 && carried.told <= 5;
+    wrong += carried.wrong;
+  }
+  std::sort(needed.begin(), needed.end());
+  const double n = times, m = static_cast<double>(needed.size());
+  fmt::print(
+      "found within 15 updates {:.1f} %, 40 {:.1f} %, median {}; carried away: recovered "
+      "within 20 {:.1f} %, told within 5 {:.1f} %; at a wrong place at the end {}\n",
+      100 * within[0] / n, 100 * within[1] / n, needed.empty() ? 0 : needed[needed.size() / 2],
+      100 * recovered / m, 100 * told / m, wrong);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -146,8 +232,12 @@ int main(int argc, char** argv) {
       track(argv[2], argv[3], argc > 4 ? argv[4] : "");
     else if (task == "search" && argc > 2)
       search(argv[2], argc > 3 ? std::stoi(argv[3]) : 200);
+    else if (task == "kidnap" && argc > 2)
+      kidnap(argv[2], argc > 3 ? std::stoi(argv[3]) : 200);
     else
-      throw Error("run_localization track SITE LOG [RELATIONS] | search SITE [QUERIES]");
+      throw Error(
+          "run_localization track SITE LOG [RELATIONS] | search SITE [QUERIES] | kidnap SITE "
+          "[TIMES]");
   } catch (const Error& e) {
     fmt::print(stderr, "{}\n", e.what());
     return 1;

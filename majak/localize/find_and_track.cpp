@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/localize/find_and_track.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+namespace majak::localize {
+namespace {
+
+constexpr double kSamePlace = 0.6, kSameTurn = 0.25;  // m, rad: off what was foretold
+constexpr double kForgotten = 1e-4;                   // probability of a place that is dropped
+constexpr double kMemory = 50;                        // scans, of the usual score
+
+bool near(const Pose2& a, const Pose2& b) {
+  return (a.translation() - b.translation()).norm() < kSamePlace &&
+         std::abs(angle_diff(a.theta, b.theta)) < kSameTurn;
+}
+
+}  // namespace
+
+FindAndTrack::FindAndTrack(PlacePtr place, const GlobalOptions& global,
+                           const TrackingOptions& tracking, const FindOptions& options)
+    : place_(place), tracking_(tracking), options_(options), global_(std::move(place), global) {}
+
+Estimate FindAndTrack::add(const FedScan& scan) {
+  way_ += scan.T_previous_robot.translation().norm();
+  turned_ += std::abs(scan.T_previous_robot.theta);
+  return tracker_ ? track(scan) : look(scan);
+}
+
+// ---- Looking ---------------------------------------------------------------------------------
+
+Estimate FindAndTrack::look(const FedScan& scan) {
+  for (Hypothesis& h : hypotheses_) h.T_map_robot = h.T_map_robot * scan.T_previous_robot;
+  if (looked_ && way_ < options_.step && turned_ < options_.turn) return unsure(scan.scan.time);
+  looked_ = true;
+  way_ = turned_ = 0;
+  weigh(global_.find(scan.scan));
+  Estimate estimate = unsure(scan.scan.time);
+  if (hypotheses_.empty() || hypotheses_.front().probability < options_.sure) return estimate;
+  TrackingOptions close = tracking_;
+  close.start_sigma = 0.1, close.start_turn = 0.05;
+  tracker_.emplace(place_, close, hypotheses_.front().T_map_robot);
+  usual_score_ = 0;
+  doubted_ = 0;
+  FedScan here = scan;
+  here.T_previous_robot = {};
+  return tracker_->add(here);
+}
+
+// Prior: the hypotheses as they were; a place that none of them foretold may be new.
+void FindAndTrack::weigh(const GlobalAnswer& answer) {
+  std::vector<Hypothesis> next;
+  double sum = 0;
+  const bool first = hypotheses_.empty();
+  for (const FoundPlace& place : answer.places) {
+    double prior = first ? 1 : options_.newcomer * std::max(elsewhere_, 0.01);
+    for (const Hypothesis& h : hypotheses_)
+      if (near(h.T_map_robot, place.T_map_robot)) prior = std::max(prior, h.probability);
+    next.push_back({place.T_map_robot, place.covariance, prior * place.probability});
+    sum += next.back().probability;
+  }
+  const double none = answer.elsewhere * (first ? 1 : std::max(elsewhere_, options_.newcomer));
+  sum += none;
+  elsewhere_ = none / sum;
+  for (Hypothesis& h : next) h.probability /= sum;
+  std::erase_if(next, [](const Hypothesis& h) { return h.probability < kForgotten; });
+  std::stable_sort(next.begin(), next.end(), [](const Hypothesis& a, const Hypothesis& b) {
+    return a.probability > b.probability;
+  });
+  hypotheses_ = std::move(next);
+}
+
+// The likeliest place, with all the others in its covariance. Not found yet is lost.
+Estimate FindAndTrack::unsure(Time time) const {
+  Estimate e;
+  e.time = time;
+  e.health = Health::lost;
+  if (hypotheses_.empty()) return e;
+  const Pose2& best = e.T_map_robot = hypotheses_.front().T_map_robot;
+  e.covariance = hypotheses_.front().covariance;
+  for (const Hypothesis& h : hypotheses_) {
+    const Vec3 off(h.T_map_robot.x - best.x, h.T_map_robot.y - best.y,
+                   angle_diff(h.T_map_robot.theta, best.theta));
+    e.covariance += h.probability * off * off.transpose();
+  }
+  return e;
+}
+
+// ---- Tracking --------------------------------------------------------------------------------
+
+Estimate FindAndTrack::track(const FedScan& scan) {
+  Estimate estimate = tracker_->add(scan);
+  const double score = tracker_->match().score;
+  if (estimate.health != Health::lost && !carried_away(scan, estimate)) {
+    if (doubted_ > 0) estimate.health = Health::degraded;
+    if (doubted_ == 0) usual_score_ += (score - usual_score_) / (usual_score_ == 0 ? 1 : kMemory);
+    return estimate;
+  }
+  tracker_.reset();
+  hypotheses_.clear();
+  elsewhere_ = 1;
+  looked_ = false;
+  FedScan here = scan;
+  here.T_previous_robot = {};
+  estimate = look(here);
+  estimate.health = Health::lost;  // said once, even where it is found again at once
+  return estimate;
+}
+
+// Where the scan fits worse than usual, the whole map is asked; when another place fits clearly
+// better several times in a row, the robot is there.
+bool FindAndTrack::carried_away(const FedScan& scan, const Estimate& estimate) {
+  const double score = tracker_->match().score;
+  if (score > usual_score_ - options_.doubt && score > tracking_.lost_score) {
+    doubted_ = 0;
+    return false;
+  }
+  const GlobalAnswer answer = global_.find(scan.scan);
+  const auto here = std::find_if(answer.places.begin(), answer.places.end(), [&](const auto& p) {
+    return near(p.T_map_robot, estimate.T_map_robot);
+  });
+  const double p_here = here != answer.places.end() ? here->probability : 0;
+  const bool better = !answer.places.empty() && answer.places.front().probability > 0.9 &&
+                      p_here < 0.1 && answer.places.front().score > score + 0.1;
+  doubted_ = better ? doubted_ + 1 : 0;
+  return doubted_ >= options_.witnesses;
+}
+
+void describe(OptionFields& f, FindOptions& o) {
+  f.add("find.sure", o.sure, {"1", "probability from which on a place is tracked", 0.5, 1});
+  f.add("find.step", o.step, {"m", "driven between two looks", 0, 10});
+  f.add("find.turn", o.turn, {"rad", "or turned", 0, 4});
+  f.add("find.newcomer", o.newcomer, {"1", "prior of a place that is new", 0, 1});
+  f.add("find.doubt", o.doubt,
+        {"1", "drop of the fit from which on another place is looked for", 0, 1});
+  f.add("find.witnesses", o.witnesses, {"1", "looks that must favour another place", 1, 100});
+}
+
+namespace {
+
+struct FindingRun {
+  ScanFeed feed;
+  FindAndTrack method;
+  Localization result;
+
+  std::optional<Estimate> take_scans() {
+    std::optional<Estimate> newest;
+    while (const auto scan = feed.next()) {
+      const bool tracked = method.tracking();
+      const Pose2 before = result.estimates.empty() ? Pose2{} : result.estimates.back().T_map_robot;
+      newest = method.add(*scan);
+      if (tracked && method.tracking())
+        feed.observe(between(before, newest->T_map_robot), newest->health == Health::ok);
+      if (!method.tracking()) result.hypotheses.push_back({newest->time, method.hypotheses()});
+      result.estimates.push_back(*newest);
+    }
+    return newest;
+  }
+};
+
+}  // namespace
+
+Localizer find_and_track(const PlacePtr& place, const GlobalOptions& global,
+                         const TrackingOptions& tracking, const FindOptions& options) {
+  const auto run = std::make_shared<FindingRun>(
+      FindingRun{ScanFeed{}, FindAndTrack(place, global, tracking, options), {}});
+  return {[run](const Event& event) {
+            run->feed.add(event);
+            return run->take_scans();
+          },
+          [run] {
+            run->feed.end();
+            run->take_scans();
+            return std::move(run->result);
+          }};
+}
+
+}  // namespace majak::localize
