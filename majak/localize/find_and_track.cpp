@@ -33,13 +33,15 @@ Estimate FindAndTrack::add(const FedScan& scan) {
 // ---- Looking ---------------------------------------------------------------------------------
 
 Estimate FindAndTrack::look(const FedScan& scan) {
-  for (Hypothesis& h : hypotheses_) h.T_map_robot = h.T_map_robot * scan.T_previous_robot;
+  for (Followed& h : hypotheses_) h.T_map_robot = h.T_map_robot * scan.T_previous_robot;
   if (looked_ && way_ < options_.step && turned_ < options_.turn) return unsure(scan.scan.time);
   looked_ = true;
   way_ = turned_ = 0;
   weigh(global_.find(scan.scan));
   Estimate estimate = unsure(scan.scan.time);
-  if (hypotheses_.empty() || hypotheses_.front().probability < options_.sure) return estimate;
+  if (hypotheses_.empty() || hypotheses_.front().probability < options_.sure ||
+      hypotheses_.front().looks < options_.looks)
+    return estimate;
   TrackingOptions close = tracking_;
   close.start_sigma = 0.1, close.start_turn = 0.05;
   tracker_.emplace(place_, close, hypotheses_.front().T_map_robot);
@@ -52,22 +54,29 @@ Estimate FindAndTrack::look(const FedScan& scan) {
 
 // Prior: the hypotheses as they were; a place that none of them foretold may be new.
 void FindAndTrack::weigh(const GlobalAnswer& answer) {
-  std::vector<Hypothesis> next;
+  std::vector<Followed> next;
   double sum = 0;
   const bool first = hypotheses_.empty();
+  const auto evidence = [&](double p) { return first ? p : std::pow(p, options_.own); };
+  const double elsewhere = std::max(elsewhere_, options_.elsewhere);
   for (const FoundPlace& place : answer.places) {
-    double prior = first ? 1 : options_.newcomer * std::max(elsewhere_, 0.01);
-    for (const Hypothesis& h : hypotheses_)
-      if (near(h.T_map_robot, place.T_map_robot)) prior = std::max(prior, h.probability);
-    next.push_back({place.T_map_robot, place.covariance, prior * place.probability});
+    double prior = first ? 1 : options_.newcomer * elsewhere;
+    int looks = 1;
+    for (const Followed& h : hypotheses_)
+      if (near(h.T_map_robot, place.T_map_robot)) {
+        prior = std::max(prior, h.probability);
+        looks = std::max(looks, h.looks + 1);
+      }
+    next.push_back(
+        {{place.T_map_robot, place.covariance, prior * evidence(place.probability)}, looks});
     sum += next.back().probability;
   }
-  const double none = answer.elsewhere * (first ? 1 : std::max(elsewhere_, options_.newcomer));
+  const double none = evidence(answer.elsewhere) * (first ? 1 : elsewhere);
   sum += none;
   elsewhere_ = none / sum;
-  for (Hypothesis& h : next) h.probability /= sum;
-  std::erase_if(next, [](const Hypothesis& h) { return h.probability < kForgotten; });
-  std::stable_sort(next.begin(), next.end(), [](const Hypothesis& a, const Hypothesis& b) {
+  for (Followed& h : next) h.probability /= sum;
+  std::erase_if(next, [](const Followed& h) { return h.probability < kForgotten; });
+  std::stable_sort(next.begin(), next.end(), [](const Followed& a, const Followed& b) {
     return a.probability > b.probability;
   });
   hypotheses_ = std::move(next);
@@ -134,6 +143,10 @@ void describe(OptionFields& f, FindOptions& o) {
   f.add("find.step", o.step, {"m", "driven between two looks", 0, 10});
   f.add("find.turn", o.turn, {"rad", "or turned", 0, 4});
   f.add("find.newcomer", o.newcomer, {"1", "prior of a place that is new", 0, 1});
+  f.add("find.elsewhere", o.elsewhere, {"1", "least prior of none of the places", 0, 1});
+  f.add("find.looks", o.looks, {"1", "in a row in which a place must be told", 1, 100});
+  f.add("find.own", o.own,
+        {"1", "share of a look's evidence that the looks before had not", 0.01, 1});
   f.add("find.doubt", o.doubt,
         {"1", "drop of the fit from which on another place is looked for", 0, 1});
   f.add("find.witnesses", o.witnesses, {"1", "looks that must favour another place", 1, 100});

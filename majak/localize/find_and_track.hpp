@@ -20,12 +20,15 @@
 namespace majak::localize {
 
 struct FindOptions {
-  double sure = 0.99;      ///< probability from which on a place is tracked
-  double step = 0.2;       ///< m driven between two looks ...
-  double turn = 0.2;       ///< rad, ... or turned
-  double newcomer = 1e-3;  ///< prior of a place that the looks before did not foretell
-  double doubt = 0.2;      ///< drop of the fit below its mean from which on another is looked for
-  int witnesses = 2;       ///< looks in a row that must favour another place
+  double sure = 0.99;       ///< probability from which on a place is tracked
+  double step = 0.2;        ///< m driven between two looks ...
+  double turn = 0.2;        ///< rad, ... or turned
+  double newcomer = 1e-3;   ///< prior of a place that the looks before did not foretell
+  double elsewhere = 0.05;  ///< least prior of none of the places
+  double own = 0.4;         ///< share of a look's evidence that the look before had not given
+  int looks = 3;            ///< in a row in which a place must be among those told
+  double doubt = 0.2;       ///< drop of the fit below its mean from which on another is looked for
+  int witnesses = 2;        ///< looks in a row that must favour another place
 };
 void describe(OptionFields& fields, FindOptions& options);
 
@@ -37,9 +40,12 @@ class FindAndTrack {
   Estimate add(const FedScan& scan);
   bool tracking() const { return tracker_.has_value(); }
   /// The places that are in question, while it looks.
-  const std::vector<Hypothesis>& hypotheses() const { return hypotheses_; }
+  std::vector<Hypothesis> hypotheses() const { return {hypotheses_.begin(), hypotheses_.end()}; }
 
  private:
+  struct Followed : Hypothesis {
+    int looks = 1;  ///< in a row in which it was told
+  };
   Estimate look(const FedScan& scan);
   Estimate track(const FedScan& scan);
   bool carried_away(const FedScan& scan, const Estimate& estimate);
@@ -51,7 +57,7 @@ class FindAndTrack {
   FindOptions options_;
   GlobalLocalization global_;
   std::optional<Tracker> tracker_;
-  std::vector<Hypothesis> hypotheses_;  // moved along with the robot
+  std::vector<Followed> hypotheses_;  // moved along with the robot
   double elsewhere_ = 1;
   double way_ = 0, turned_ = 0;  // since the last look
   bool looked_ = false;

@@ -19,7 +19,7 @@ struct GlobalOptions {
   double effective = 15;    ///< beams that err by themselves; neighbours err together
   double through_wall = 2;  ///< nat, against a beam that would have passed through a wall
   double wall = 0.4;        ///< m, by which it must be beyond
-  double elsewhere = 0.5;   ///< mean likelihood of a place that the map does not show
+  double elsewhere = 0.3;   ///< mean likelihood of a place that the map does not show
 };
 
 /// How well a scan fits a pose.
