@@ -16,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "app/input.hpp"
 #include "app/live.hpp"
 #include "app/log_options.hpp"
 #include "app/progress.hpp"
@@ -25,7 +26,6 @@
 #include "majak/io/g2o.hpp"
 #include "majak/io/map_files.hpp"
 #include "majak/io/options_file.hpp"
-#include "majak/io/recording.hpp"
 #include "majak/io/site_file.hpp"
 #include "majak/io/site_graph.hpp"
 #include "majak/io/source.hpp"
@@ -133,45 +133,9 @@ Site finish(slam::GraphSlam& slam, const std::string& log) {
   }
 }
 
-// A log, or a device: the same calls on another source. What a device sends can be kept, too.
-class Input {
- public:
-  Input(const MapOptions& o, Progress& progress) {
-    if (!is_device(o.log)) {
-      if (!o.record.empty())
-        throw Error(
-            fmt::format("--record: {} is no device; majak convert makes a recording of it", o.log));
-      source_ = io::open_log(o.log, o.source);
-      return;
-    }
-    end_ = std::make_unique<RunEnd>(o.device.duration);
-    source_ = open_device(o.log, o.device, *end_, progress,
-                          [this](std::span<const std::uint8_t> telegram, Time first_byte) {
-                            if (recording_) recording_->add_telegram(telegram, first_byte);
-                          });
-    if (!o.record.empty())
-      recording_ = std::make_unique<io::RecordingWriter>(o.record, telegrams_of(o.log));
-  }
-  std::optional<Event> next() {
-    auto event = source_->next();
-    if (!recording_) return event;
-    if (!event) recording_->close();
-    if (event)
-      if (const auto* scan = std::get_if<Scan>(&*event)) recording_->add_scan(*scan, live_clock());
-    return event;
-  }
-  const Report& report() const { return source_->report(); }
-  bool live() const { return end_ != nullptr; }
-
- private:
-  std::unique_ptr<RunEnd> end_;
-  std::unique_ptr<io::RecordingWriter> recording_;
-  std::unique_ptr<io::Source> source_;
-};
-
 Site map_log(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
   Progress progress;
-  Input source(o, progress);
+  Input source(o.log, o.source, o.device, o.record, progress);
   slam::GraphSlam slam(o.slam, threads);
   std::int64_t scans = 0;
   while (auto event = source.next()) {

@@ -15,6 +15,10 @@ enum class Health : std::uint8_t {
   lost,      ///< the scan does not fit the place
 };
 
+inline const char* name_of(Health health) {
+  return health == Health::ok ? "ok" : health == Health::degraded ? "degraded" : "lost";
+}
+
 struct Estimate {
   Time time = 0;
   Pose2 T_map_robot;

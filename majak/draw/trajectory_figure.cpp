@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 namespace majak::draw {
 namespace {
 
+constexpr double kWallStep = 0.08;          // m
 constexpr double kPath = 1.8, kThin = 0.3;  // points; m between points of a line that is drawn
 
 /// The estimates at equal steps along the way, the last one for certain.
@@ -22,6 +24,24 @@ std::vector<std::size_t> along_the_way(const std::vector<Estimate>& estimates, i
     if (way[i] > 0 && way[i] >= way.back() * double(chosen.size() + 1) / wanted)
       chosen.push_back(i);
   return chosen;
+}
+
+/// One point a square of kWallStep.
+std::vector<Point> thinned(const std::vector<Vec2>& walls) {
+  std::set<std::pair<long, long>> seen;
+  std::vector<Point> kept;
+  for (const Vec2& p : walls)
+    if (seen.insert({std::lround(p.x() / kWallStep), std::lround(p.y() / kWallStep)}).second)
+      kept.push_back({p.x(), p.y()});
+  return kept;
+}
+
+/// Where the method did not know it.
+std::vector<Point> lost_places(const std::vector<Estimate>& estimates) {
+  std::vector<Point> places;
+  for (const Estimate& e : estimates)
+    if (e.health == Health::lost) places.push_back({e.T_map_robot.x, e.T_map_robot.y});
+  return places;
 }
 
 /// The diagonal of the path's box.
@@ -70,6 +90,10 @@ Figure path_picture(const PathPicture& picture) {
 
   Figure figure{.width = 900, .height = 720, .title = picture.title};
   Panel panel{.place = figure.whole(), .x = {"x (m)"}, .y = {"y (m)"}};
+  if (!picture.walls.empty()) {
+    panel.marks.push_back(Dots{thinned(picture.walls), 0.8, ink::grey});
+    panel.legend.push_back({"the map", {}, ink::grey});
+  }
   if (!fixes.empty()) {
     panel.marks.push_back(Dots{fixes, 1.8, ink::orange});
     panel.legend.push_back({"satellite fixes", {}, ink::orange});
@@ -80,6 +104,10 @@ Figure path_picture(const PathPicture& picture) {
   }
   panel.marks.push_back(Polyline{simplify(path, kThin / 10), {ink::blue, kPath}});
   panel.legend.push_back({picture.path_name, Pen{ink::blue, kPath}});
+  if (auto lost = lost_places(estimates); !lost.empty()) {
+    panel.marks.push_back(Dots{std::move(lost), 2.2, ink::purple});
+    panel.legend.push_back({"not sure of its place", {}, ink::purple});
+  }
   add_ellipses(panel, estimates, picture.ellipses, 0.5 * extent(path));
   figure.panels.push_back(std::move(panel));
   return figure;

@@ -16,6 +16,7 @@ struct PathPicture {
   std::vector<Estimate> estimates{};
   std::vector<Pose2> truth{};   ///< in the frame of the estimates; may be empty
   std::vector<GpsFix> fixes{};  ///< likewise
+  std::vector<Vec2> walls{};    ///< of the known map, points on them
   int ellipses = 12;            ///< along the way, about equally far apart
   std::string path_name = "estimate";
 };

@@ -61,12 +61,12 @@ std::string estimates_tum(std::span<const Estimate> estimates) {
 }
 
 std::string covariance_csv(std::span<const Estimate> estimates) {
-  std::string text = "time,xx,xy,xt,yy,yt,tt\n";
+  std::string text = "time,xx,xy,xt,yy,yt,tt,health\n";
   for (const Estimate& e : estimates) {
     const Mat3& P = e.covariance;
     append_stamp(text, e.time);
-    fmt::format_to(std::back_inserter(text), ",{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n",
-                   P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2));
+    fmt::format_to(std::back_inserter(text), ",{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{}\n",
+                   P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2), name_of(e.health));
   }
   return text;
 }

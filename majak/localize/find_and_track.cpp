@@ -12,6 +12,9 @@ namespace {
 constexpr double kSamePlace = 0.6, kSameTurn = 0.25;  // m, rad: off what was foretold
 constexpr double kForgotten = 1e-4;                   // probability of a place that is dropped
 constexpr double kMemory = 50;                        // scans, of the usual score
+constexpr std::pair kFoundWithin{0.1, 0.05};          // m, rad
+constexpr int kLooksJudged = 8;                       // that the misfit is the mean of
+constexpr double kClearly = 0.9, kBetter = 0.1;       // probability, share of returns
 
 bool near(const Pose2& a, const Pose2& b) {
   return (a.translation() - b.translation()).norm() < kSamePlace &&
@@ -34,19 +37,25 @@ Estimate FindAndTrack::add(const FedScan& scan) {
 
 Estimate FindAndTrack::look(const FedScan& scan) {
   for (Followed& h : hypotheses_) h.T_map_robot = h.T_map_robot * scan.T_previous_robot;
-  if (looked_ && way_ < options_.step && turned_ < options_.turn) return unsure(scan.scan.time);
+  if (looked_ && !moved()) return unsure(scan.scan.time);
   looked_ = true;
   way_ = turned_ = 0;
   weigh(global_.find(scan.scan));
-  Estimate estimate = unsure(scan.scan.time);
-  if (hypotheses_.empty() || hypotheses_.front().probability < options_.sure ||
-      hypotheses_.front().looks < options_.looks)
-    return estimate;
+  if (hypotheses_.empty()) return unsure(scan.scan.time);
+  const Followed& best = hypotheses_.front();
+  const bool at_once = best.probability > options_.at_once && best.misfit < options_.poor / 2;
+  const bool by_and_by = best.probability > options_.sure && best.looks >= options_.looks &&
+                         best.misfit < options_.poor;
+  return at_once || by_and_by ? begin(scan) : unsure(scan.scan.time);
+}
+
+// The likeliest place is tracked from here on.
+Estimate FindAndTrack::begin(const FedScan& scan) {
   TrackingOptions close = tracking_;
-  close.start_sigma = 0.1, close.start_turn = 0.05;
+  close.start_sigma = kFoundWithin.first, close.start_turn = kFoundWithin.second;
   tracker_.emplace(place_, close, hypotheses_.front().T_map_robot);
-  usual_score_ = 0;
-  doubted_ = 0;
+  usual_score_ = misfit_ = 0;
+  doubted_ = judged_ = 0;
   FedScan here = scan;
   here.T_previous_robot = {};
   return tracker_->add(here);
@@ -67,8 +76,9 @@ void FindAndTrack::weigh(const GlobalAnswer& answer) {
         prior = std::max(prior, h.probability);
         looks = std::max(looks, h.looks + 1);
       }
-    next.push_back(
-        {{place.T_map_robot, place.covariance, prior * evidence(place.probability)}, looks});
+    next.push_back({{place.T_map_robot, place.covariance, prior * evidence(place.probability)},
+                    looks,
+                    misfit(place.score, place.fit.through)});
     sum += next.back().probability;
   }
   const double none = evidence(answer.elsewhere) * (first ? 1 : elsewhere);
@@ -102,12 +112,8 @@ Estimate FindAndTrack::unsure(Time time) const {
 
 Estimate FindAndTrack::track(const FedScan& scan) {
   Estimate estimate = tracker_->add(scan);
-  const double score = tracker_->match().score;
-  if (estimate.health != Health::lost && !carried_away(scan, estimate)) {
-    if (doubted_ > 0) estimate.health = Health::degraded;
-    if (doubted_ == 0) usual_score_ += (score - usual_score_) / (usual_score_ == 0 ? 1 : kMemory);
-    return estimate;
-  }
+  judge(scan, estimate);
+  if (estimate.health != Health::lost && !carried_away(scan, estimate)) return estimate;
   tracker_.reset();
   hypotheses_.clear();
   elsewhere_ = 1;
@@ -119,22 +125,39 @@ Estimate FindAndTrack::track(const FedScan& scan) {
   return estimate;
 }
 
+// How well the last looks fit: a place that only resembles has walls where beams have passed.
+void FindAndTrack::judge(const FedScan& scan, Estimate& estimate) {
+  if (judged_ == 0 || moved()) {
+    const PoseFit fit = global_.weigh(match::beams(scan.scan), estimate.T_map_robot);
+    ++judged_;
+    misfit_ +=
+        (misfit(tracker_->match().score, fit.through) - misfit_) / std::min(judged_, kLooksJudged);
+  }
+  if (misfit_ > options_.poor && estimate.health == Health::ok) estimate.health = Health::degraded;
+  if (misfit_ > options_.lost && judged_ >= options_.looks) estimate.health = Health::lost;
+}
+
 // Where the scan fits worse than usual, the whole map is asked; when another place fits clearly
 // better several times in a row, the robot is there.
-bool FindAndTrack::carried_away(const FedScan& scan, const Estimate& estimate) {
+bool FindAndTrack::carried_away(const FedScan& scan, Estimate& estimate) {
   const double score = tracker_->match().score;
-  if (score > usual_score_ - options_.doubt && score > tracking_.lost_score) {
+  const bool doubtful = score < usual_score_ - options_.doubt || score < tracking_.lost_score;
+  if (!doubtful) {
+    usual_score_ += (score - usual_score_) / (usual_score_ == 0 ? 1 : kMemory);
     doubted_ = 0;
-    return false;
+    asked_ = false;
+  } else if (!asked_ || moved()) {
+    asked_ = true;
+    const GlobalAnswer answer = global_.find(scan.scan);
+    double here = 0;
+    for (const FoundPlace& p : answer.places)
+      if (near(p.T_map_robot, estimate.T_map_robot)) here = std::max(here, p.probability);
+    const bool better = !answer.places.empty() && answer.places.front().probability > kClearly &&
+                        here < 1 - kClearly && answer.places.front().score > score + kBetter;
+    doubted_ = better ? doubted_ + 1 : 0;
   }
-  const GlobalAnswer answer = global_.find(scan.scan);
-  const auto here = std::find_if(answer.places.begin(), answer.places.end(), [&](const auto& p) {
-    return near(p.T_map_robot, estimate.T_map_robot);
-  });
-  const double p_here = here != answer.places.end() ? here->probability : 0;
-  const bool better = !answer.places.empty() && answer.places.front().probability > 0.9 &&
-                      p_here < 0.1 && answer.places.front().score > score + 0.1;
-  doubted_ = better ? doubted_ + 1 : 0;
+  if (doubted_ > 0) estimate.health = Health::degraded;
+  if (moved()) way_ = turned_ = 0;
   return doubted_ >= options_.witnesses;
 }
 
@@ -149,6 +172,9 @@ void describe(OptionFields& f, FindOptions& o) {
         {"1", "share of a look's evidence that the looks before had not", 0.01, 1});
   f.add("find.doubt", o.doubt,
         {"1", "drop of the fit from which on another place is looked for", 0, 1});
+  f.add("find.at_once", o.at_once, {"1", "probability with which one look is enough", 0.5, 1});
+  f.add("find.poor", o.poor, {"1", "mean misfit from which on the health is degraded", 0, 1.5});
+  f.add("find.lost", o.lost, {"1", "mean misfit from which on the place is given up", 0, 1.5});
   f.add("find.witnesses", o.witnesses, {"1", "looks that must favour another place", 1, 100});
 }
 

@@ -20,6 +20,7 @@
 namespace majak::localize {
 
 struct FindOptions {
+  double at_once = 0.999;   ///< probability from which on one look is enough, if it fits well
   double sure = 0.99;       ///< probability from which on a place is tracked
   double step = 0.2;        ///< m driven between two looks ...
   double turn = 0.2;        ///< rad, ... or turned
@@ -28,6 +29,8 @@ struct FindOptions {
   double own = 0.4;         ///< share of a look's evidence that the look before had not given
   int looks = 3;            ///< in a row in which a place must be among those told
   double doubt = 0.2;       ///< drop of the fit below its mean from which on another is looked for
+  double poor = 0.25;       ///< mean misfit from which on the health is degraded ...
+  double lost = 0.35;       ///< ... and from which on the place is given up
   int witnesses = 2;        ///< looks in a row that must favour another place
 };
 void describe(OptionFields& fields, FindOptions& options);
@@ -45,12 +48,16 @@ class FindAndTrack {
  private:
   struct Followed : Hypothesis {
     int looks = 1;  ///< in a row in which it was told
+    double misfit = 0;
   };
   Estimate look(const FedScan& scan);
+  Estimate begin(const FedScan& scan);
   Estimate track(const FedScan& scan);
-  bool carried_away(const FedScan& scan, const Estimate& estimate);
+  void judge(const FedScan& scan, Estimate& estimate);
+  bool carried_away(const FedScan& scan, Estimate& estimate);
   void weigh(const GlobalAnswer& answer);
   Estimate unsure(Time time) const;
+  bool moved() const { return way_ >= options_.step || turned_ >= options_.turn; }
 
   PlacePtr place_;
   TrackingOptions tracking_;
@@ -61,6 +68,9 @@ class FindAndTrack {
   double elsewhere_ = 1;
   double way_ = 0, turned_ = 0;  // since the last look
   bool looked_ = false;
+  bool asked_ = false;      // the whole map, in this doubt
+  double misfit_ = 0;       // mean over the last looks, while tracking
+  int judged_ = 0;          // looks that made it
   double usual_score_ = 0;  // running mean while tracking
   int doubted_ = 0;         // looks in a row that favoured another place
 };

@@ -28,6 +28,10 @@ struct PoseFit {
   double through = 0;  ///< share of beams that would have passed through walls
 };
 
+/// 0: all is as the map says; people before the laser cost half of what walls do that are not
+/// there.
+inline double misfit(double score, double through) { return 0.5 * (1 - score) + through; }
+
 struct FoundPlace : Hypothesis {
   double score = 0;  ///< share of returns that lie on the map
   PoseFit fit;

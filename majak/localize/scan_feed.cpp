@@ -18,6 +18,8 @@ Mat3 covariance_of(double translation, double rotation) {
 void ScanFeed::add(const Event& event) {
   if (const auto* odometry = std::get_if<Odometry>(&event)) {
     odometry_.add(*odometry);
+  } else if (const auto* wheels = std::get_if<WheelMotion>(&event)) {
+    odometry_.add(*wheels);
   } else if (const auto* scan = std::get_if<Scan>(&event); scan && scan->laser == 0) {
     odometry_.add(*scan);
     waiting_.push_back(*scan);

@@ -48,6 +48,11 @@ const Method kMethods[] = {
        const KalmanWithLaserOptions options{kalman_options(o), {}};
        return kalman_with_laser(options, o.start, o.beacons);
      }},
+    {"global", "global methods, p. 21", "--map MAP, scans; odometry helps",
+     "the place found by itself, then tracked, found again when lost; hypotheses",
+     [](const LocalizeOptions& o) {
+       return localize::find_and_track(place_of(o, "global"), {}, o.tracking, o.find);
+     }},
     {"tracking", "local methods, p. 21", "--map MAP, --start, scans; odometry helps",
      "trajectory with covariance",
      [](const LocalizeOptions& o) {
@@ -64,6 +69,7 @@ void describe(OptionFields& fields, LocalizeOptions& o) {
   localize::describe(fields, o.dead_reckoning);
   localize::describe(fields, o.kalman);
   localize::describe(fields, o.tracking);
+  localize::describe(fields, o.find);
   fields.add("reflectors.threshold", o.reflectors.threshold,
              {"raw units", "least intensity of a reflector; 0: from the scan itself", 0, 1e9});
   fields.add("reflectors.contrast", o.reflectors.contrast,

@@ -10,6 +10,7 @@
 #include "majak/core/options.hpp"
 #include "majak/localize/beacons.hpp"
 #include "majak/localize/dead_reckoning.hpp"
+#include "majak/localize/find_and_track.hpp"
 #include "majak/localize/kalman.hpp"
 #include "majak/localize/localizer.hpp"
 #include "majak/localize/place.hpp"
@@ -24,6 +25,7 @@ struct LocalizeOptions {
   localize::DeadReckoningOptions dead_reckoning;
   localize::KalmanOptions kalman;
   localize::TrackingOptions tracking;
+  localize::FindOptions find;
   std::function<double()> clock;  ///< s; the parts of the work are timed by it where it is given
   beacon::ReflectorOptions reflectors;
   beacon::BeaconMap beacons;  ///< where they stand; no option, but an input like the log

@@ -74,8 +74,8 @@ TEST(CovarianceCsv, ReadsRowByRow) {
   e.time = kSecond;
   e.covariance << 1, 0.25, 3e-9, 0.25, 2, -0.5, 3e-9, -0.5, 1e-3;
   EXPECT_EQ(covariance_csv({&e, 1}),
-            "time,xx,xy,xt,yy,yt,tt\n1.000000,1,0.25,3e-09,2,-0.5,0.001\n");
-  EXPECT_EQ(covariance_csv({}), "time,xx,xy,xt,yy,yt,tt\n");
+            "time,xx,xy,xt,yy,yt,tt,health\n1.000000,1,0.25,3e-09,2,-0.5,0.001,ok\n");
+  EXPECT_EQ(covariance_csv({}), "time,xx,xy,xt,yy,yt,tt,health\n");
 }
 
 }  // namespace
