@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/halves.hpp"
 #include "majak/core/error.hpp"
 #include "majak/core/random.hpp"
 #include "majak/eval/relations.hpp"
@@ -71,40 +72,10 @@ void track(const std::string& site_file, const std::string& log, const std::stri
              degrees(e.rotation.mean), result.best().unmatched);
 }
 
-/// The scans of every other minute of a run make the map; the rest are questions to it.
-struct Halves {
-  Site known;
-  std::vector<const PosedScan*> questions;  // whose surroundings the map has
-};
-
-Halves split(const Site& site) {
-  Halves halves;
-  halves.known.source_name = site.source_name;
-  std::vector<const PosedScan*> others;
-  for (const PosedScan& s : site.scans) {
-    const bool known = (s.scan.time - site.scans.front().scan.time) / (60 * kSecond) % 2 == 0;
-    if (known)
-      halves.known.scans.push_back(s);
-    else
-      others.push_back(&s);
-  }
-  const auto place = localize::place_of(halves.known);
-  for (const PosedScan* s : others) {
-    const match::Beams beams = match::beams(s->scan);
-    std::size_t on = 0;
-    for (std::size_t i = 0; i < beams.returns; ++i)
-      on += place->distances.at(s->estimate.T_map_robot * Vec2(beams.x[i], beams.y[i])) < 0.15;
-    if (beams.returns >= 20 && 10 * on >= 7 * beams.returns &&
-        place->known.at(s->estimate.T_map_robot.translation()) == map::CellState::free)
-      halves.questions.push_back(s);
-  }
-  return halves;
-}
-
 void search(const std::string& site_file, int queries) {
   const Site site = io::read_site(site_file);
-  const Halves halves = split(site);
-  const auto place = localize::place_of(halves.known);
+  const auto halves = bench::split(site, bench::every_other_minute(site));
+  const auto& place = halves.place;
   const double begin = seconds();
   const localize::GlobalLocalization search(place);
   fmt::print("{} x {} m, {} questions of {} scans; made in {:.3f} s\n",
@@ -116,7 +87,7 @@ void search(const std::string& site_file, int queries) {
   int sure = 0, sure_and_wrong = 0;
   double time = 0, longest = 0;
   for (int q = 0; q < queries; ++q) {
-    const PosedScan& asked = *halves.questions[random.below(halves.questions.size())];
+    const PosedScan& asked = site.scans[halves.questions[random.below(halves.questions.size())]];
     const double t0 = seconds();
     const auto result = search.find(asked.scan);
     const double t = seconds() - t0;

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+// Monte Carlo localization, measured.
+//   run_monte_carlo global SITE LOG [STARTS]      starts anywhere
+//   run_monte_carlo kidnapped SITE LOG [TIMES]    carried from one place of the log to another
+//   run_monte_carlo log SITE LOG                  the whole log on its own map: false alarms, time
+// The first two cut the run into pieces of 12 m (or as much turning); every other piece makes the
+// map, the robot is localized in the others. A moment counts as right within 0.5 m and 10 degrees.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "bench/halves.hpp"
+#include "majak/core/error.hpp"
+#include "majak/core/random.hpp"
+#include "majak/io/site_file.hpp"
+#include "majak/io/source.hpp"
+#include "majak/localize/monte_carlo.hpp"
+
+namespace {
+
+using namespace majak;
+
+double seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::vector<localize::FedScan> feed(const std::string& log) {
+  localize::ScanFeed feed;
+  std::vector<localize::FedScan> scans;
+  const auto take = [&] {
+    while (auto scan = feed.next()) {
+      scans.push_back(std::move(*scan));
+      feed.observe(scans.back().T_previous_robot, false);
+    }
+  };
+  const auto source = io::open_log(log);
+  while (const auto event = source->next()) feed.add(*event), take();
+  feed.end(), take();
+  return scans;
+}
+
+/// A run with the scans of its log, numbered alike.
+struct Run {
+  Site site;
+  std::vector<localize::FedScan> scans;
+  std::vector<int> piece;  ///< of 60 updates' worth of motion
+
+  Run(const std::string& site_file, const std::string& log)
+      : site(io::read_site(site_file)), scans(feed(log)) {
+    if (scans.size() != site.scans.size()) throw Error("the run is not of this log");
+    double way = 0;
+    for (const PosedScan& s : site.scans) {
+      const std::size_t i = piece.size();
+      if (i > 0) {
+        const Pose2 step = between(site.scans[i - 1].estimate.T_map_robot, s.estimate.T_map_robot);
+        way += std::max(step.translation().norm(), std::abs(step.theta));
+      }
+      piece.push_back(static_cast<int>(way / 12));
+    }
+  }
+  bench::Halves halves() const {
+    std::vector<bool> known;
+    for (const int p : piece) known.push_back(p % 2 == 0);
+    return bench::split(site, known);
+  }
+  bool right(std::size_t i, const Pose2& T_map_robot) const {
+    const Pose2 off = between(site.scans[i].estimate.T_map_robot, T_map_robot);
+    return off.translation().norm() < 0.5 && std::abs(off.theta) < radians(10);
+  }
+};
+
+/// Questions with at least `updates` updates left in their piece.
+std::vector<std::size_t> starts(const Run& run, const bench::Halves& halves, double way) {
+  std::vector<std::size_t> found;
+  for (const std::size_t q : halves.questions) {
+    double left = 0;
+    for (std::size_t i = q + 1; i < run.piece.size() && run.piece[i] == run.piece[q]; ++i) {
+      const Pose2& m = run.scans[i].T_previous_robot;
+      left += std::max(m.translation().norm(), std::abs(m.theta));
+    }
+    if (left >= way) found.push_back(q);
+  }
+  if (found.empty()) throw Error("no scan to start from");
+  return found;
+}
+
+void global(const Run& run, int times) {
+  constexpr int kLooks[] = {1, 2, 5, 15, 40};
+  const auto halves = run.halves();
+  const auto from = starts(run, halves, 8.5);
+  fmt::print("{} starts to choose from, {} of {} scans covered\n", from.size(),
+             std::count(halves.covered.begin(), halves.covered.end(), true), run.scans.size());
+  RandomStream random(1);
+  int right[5] = {}, counted[5] = {}, sure_and_wrong = 0, sure = 0;
+  double time = 0, longest = 0;
+  int updates = 0;
+  for (int k = 0; k < times; ++k) {
+    localize::MonteCarlo filter(halves.place, {.seed = k + 1});
+    const std::size_t first = from[random.below(from.size())];
+    for (std::size_t i = first, look = 0; i < run.scans.size() && look < 5; ++i) {
+      localize::FedScan scan = run.scans[i];
+      if (i == first) scan.T_previous_robot = {};
+      const double t0 = seconds();
+      const Estimate e = filter.add(scan);
+      const double t = seconds() - t0;
+      if (!filter.updated()) continue;
+      time += t, longest = std::max(longest, t), ++updates;
+      if (e.health == Health::ok) ++sure, sure_and_wrong += !run.right(i, e.T_map_robot);
+      if (filter.updates() < kLooks[look]) continue;
+      ++counted[look];
+      right[look] += run.right(i, e.T_map_robot);
+      ++look;
+    }
+  }
+  for (int look = 0; look < 5; ++look)
+    fmt::print("  after {:2} updates {:5.1f} % of {}\n", kLooks[look],
+               100.0 * right[look] / std::max(1, counted[look]), counted[look]);
+  fmt::print(
+      "  ok in {:.1f} % of updates, of these wrong {:.2f} %; {:.2f} ms an update, at most {:.1f}\n",
+      100.0 * sure / updates, 100.0 * sure_and_wrong / std::max(sure, 1), 1e3 * time / updates,
+      1e3 * longest);
+}
+
+void kidnapped(const Run& run, int times) {
+  constexpr int kBefore = 20, kAfter = 40;
+  const auto halves = run.halves();
+  const auto from = starts(run, halves, 8.5);
+  RandomStream random(2);
+  std::vector<int> back, told;
+  int asked = 0;
+  for (int k = 0; k < times; ++k) {
+    std::size_t i = from[random.below(from.size())], to = from[random.below(from.size())];
+    const auto& poses = run.site.scans;
+    while (
+        (poses[i].estimate.T_map_robot.translation() - poses[to].estimate.T_map_robot.translation())
+            .norm() < 3)
+      to = from[random.below(from.size())];
+    localize::MonteCarlo filter(halves.place, {.seed = k + 1, .start_sigma = 0.3},
+                                poses[i].estimate.T_map_robot);
+    Estimate e;
+    bool first = true;
+    for (; filter.updates() < kBefore && i + 1 < run.scans.size(); ++i, first = false) {
+      localize::FedScan scan = run.scans[i];
+      if (first) scan.T_previous_robot = {};
+      e = filter.add(scan);
+    }
+    if (!run.right(i - 1, e.T_map_robot)) continue;
+    ++asked;
+    int lost = 1000, recovered = 1000;
+    i = to, first = true;
+    for (; filter.updates() < kBefore + kAfter && i + 1 < run.scans.size(); ++i, first = false) {
+      localize::FedScan scan = run.scans[i];
+      if (first) scan.T_previous_robot = {};
+      e = filter.add(scan);
+      const int since = filter.updates() - kBefore;
+      if (!filter.updated()) continue;
+      if (e.health == Health::lost) lost = std::min(lost, since);
+      if (run.right(i, e.T_map_robot) && e.health == Health::ok)
+        recovered = std::min(recovered, since);
+    }
+    told.push_back(lost), back.push_back(recovered);
+  }
+  const auto share = [&](const std::vector<int>& v, int within) {
+    const auto n = std::count_if(v.begin(), v.end(), [&](int x) { return x <= within; });
+    return 100.0 * static_cast<double>(n) / asked;
+  };
+  fmt::print(
+      "{} of {} knew where they were; told within 3, 5, 10 updates {:.1f} {:.1f} {:.1f} %, "
+      "back within 5, 10, 20, 40 {:.1f} {:.1f} {:.1f} {:.1f} %\n",
+      asked, times, share(told, 3), share(told, 5), share(told, 10), share(back, 5),
+      share(back, 10), share(back, 20), share(back, 40));
+  int silent = 0;
+  for (std::size_t k = 0; k < told.size(); ++k) silent += told[k] > 5 && back[k] <= 5;
+  fmt::print("  {} were back within 5 updates without having been told lost\n", silent);
+}
+
+/// The whole log, begun anywhere: how often it says lost though it is right, and where it is wrong.
+void along(const Run& run, const localize::PlacePtr& place, const std::vector<bool>* covered) {
+  localize::MonteCarlo filter(place, {});
+  int alarms = 0, updates = 0, right = 0, ok = 0, ok_wrong = 0, degraded = 0;
+  bool was_lost = true, settled = false;
+  double time = 0;
+  std::size_t particles = 0;
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    const double t0 = seconds();
+    const Estimate e = filter.add(run.scans[i]);
+    if (filter.updated()) time += seconds() - t0;
+    if (!filter.updated() || (covered && !(*covered)[i])) continue;
+    ++updates;
+    particles += filter.weights().size();
+    const bool good = run.right(i, e.T_map_robot), lost = e.health == Health::lost;
+    right += good;
+    degraded += e.health == Health::degraded;
+    if (e.health == Health::ok) ++ok, ok_wrong += !good;
+    settled = settled || !lost;
+    if (settled && lost && !was_lost && good) ++alarms;
+    was_lost = lost;
+  }
+  const double hours = to_seconds(run.scans.back().scan.time - run.scans.front().scan.time) / 3600;
+  fmt::print(
+      "  {} updates, right {:.2f} %, ok {:.2f} %, of these wrong {:.3f} %, degraded {:.2f} %; "
+      "false alarms {} in {:.2f} h; {:.2f} ms an update, {} particles\n",
+      updates, 100.0 * right / updates, 100.0 * ok / updates, 100.0 * ok_wrong / ok,
+      100.0 * degraded / updates, alarms, hours, 1e3 * time / updates,
+      particles / static_cast<std::size_t>(updates));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const std::string task = argc > 3 ? argv[1] : "";
+    const int times = argc > 4 ? std::stoi(argv[4]) : 200;
+    if (task != "global" && task != "kidnapped" && task != "log")
+      throw Error("run_monte_carlo global|kidnapped|log SITE LOG [TIMES]");
+    const Run run(argv[2], argv[3]);
+    if (task == "global") global(run, times);
+    if (task == "kidnapped") kidnapped(run, times);
+    if (task == "log") {
+      along(run, localize::place_of(run.site), nullptr);
+      const auto halves = run.halves();
+      along(run, halves.place, &halves.covered);
+    }
+  } catch (const Error& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return 1;
+  }
+}

@@ -1,0 +1,409 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/localize/monte_carlo.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "majak/filter/resampling.hpp"
+#include "majak/match/beams.hpp"
+
+namespace majak::localize {
+namespace {
+
+constexpr std::size_t kBlock = 256;  // particles that one thread works on at a time
+constexpr std::size_t kLeastReturns = 10;
+constexpr double kBin = 0.5;         // m
+constexpr double kReach = 0.75;      // m, of a cluster about its mean
+constexpr double kReachTurn = 0.35;  // rad
+constexpr std::size_t kClusters = 5;
+constexpr double kLeastCluster = 0.05;
+constexpr double kWeak = 0.10;  // m, sigma of a direction from which on it is weak
+
+constexpr double kFound = 0.5;      // weight of a cluster that is likelier than all others
+constexpr double kSearching = 0.1;  // share of new particles while there is none
+// Proposals: added to what a fit says of itself, and what it may be at most.
+constexpr double kProposalSigma = 0.03, kProposalTurn = 0.01;   // m, rad
+constexpr double kProposalMost = 0.5, kProposalTurnMost = 0.2;  // m, rad
+
+// What a stream of random numbers is for; streams are keyed (seed, 4 * update + purpose, particle).
+enum Purpose : std::uint64_t { moving, resampling, drawing };
+
+RandomStream stream(int seed, int update, Purpose purpose, std::size_t particle) {
+  return RandomStream(static_cast<std::uint64_t>(seed),
+                      4 * static_cast<std::uint64_t>(update) + purpose, particle);
+}
+
+/// cos, sin of a small angle, and what exp() needs of it: sin(t)/t, (1 - cos(t))/t.
+struct SmallTurn {
+  double cos, sin, a, b;
+};
+SmallTurn small_turn(double t) {
+  const double t2 = t * t;
+  if (t2 > 0.05) {
+    const auto [a, b] = arc_factors(t);
+    return {std::cos(t), std::sin(t), a, b};
+  }
+  const double a = 1 - t2 / 6 * (1 - t2 / 20 * (1 - t2 / 42)),
+               b = t / 2 * (1 - t2 / 12 * (1 - t2 / 30));
+  return {1 - t * b, t * a, a, b};
+}
+
+Mat3 root_of(const Mat3& covariance) { return covariance.llt().matrixL(); }
+
+Mat3 diagonal(double translation, double rotation) {
+  return Vec3(translation, translation, rotation).cwiseAbs2().asDiagonal();
+}
+
+}  // namespace
+
+MonteCarlo::MonteCarlo(PlacePtr place, const MonteCarloOptions& options, const Pose2& start,
+                       Threads threads)
+    : place_(std::move(place)),
+      options_(options),
+      start_(start),
+      threads_(threads),
+      global_(place_),
+      floor_(place_->known.all(map::CellState::free)),
+      bins_(kBin, static_cast<std::size_t>(options.particles)) {}
+
+Estimate MonteCarlo::add(const FedScan& scan) {
+  updated_ = due(scan);
+  if (!updated_) return estimate();
+  if (updates_ == 0) {
+    begin(scan.scan);
+  } else {
+    move();
+  }
+  weigh(scan.scan);
+  find_clusters();
+  watch();
+  const Estimate now = estimate();
+  const std::size_t fresh = fresh_wanted();
+  if (fresh > 0 || filter::effective_size(weights_) < 0.5 * static_cast<double>(poses_.size()))
+    resample(fresh);
+  if (fresh > 0) draw_fresh(scan.scan, poses_.size() - fresh);
+  ++updates_;
+  return now;
+}
+
+// Has the robot moved enough, or is nothing known of how it moves?
+bool MonteCarlo::due(const FedScan& scan) {
+  time_ = scan.scan.time;
+  const Mat3 carry = adjoint(scan.T_previous_robot.inverse());
+  T_update_robot_ = T_update_robot_ * scan.T_previous_robot;
+  moved_covariance_ = carry * moved_covariance_ * carry.transpose() + scan.covariance;
+  return updates_ == 0 || !scan.by_wheels ||
+         T_update_robot_.translation().norm() >= options_.step ||
+         std::abs(T_update_robot_.theta) >= options_.step_turn;
+}
+
+template <class Body>
+void MonteCarlo::for_blocks(const Body& body) const {
+  const std::size_t n = poses_.size();
+  parallel_for(threads_, (n + kBlock - 1) / kBlock,
+               [&](std::size_t block) { body(block * kBlock, std::min(n, (block + 1) * kBlock)); });
+}
+
+void MonteCarlo::resize(std::size_t n) {
+  poses_.resize(n);
+  log_weights_.assign(n, 0);
+  weights_.assign(n, 1 / static_cast<double>(n));
+  costs_.resize(n);
+}
+
+void MonteCarlo::begin(const Scan& scan) {
+  T_update_robot_ = {};
+  moved_covariance_.setZero();
+  resize(static_cast<std::size_t>(options_.particles));
+  if (options_.start_sigma <= 0) return draw_fresh(scan, 0);
+  const Mat3 root = root_of(diagonal(options_.start_sigma, options_.start_turn));
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    RandomStream random = stream(options_.seed, updates_, drawing, i);
+    poses_.set(i, draw_near(start_, root, random));
+  }
+}
+
+// x' = x * m * exp(noise), for each particle a noise of its own.
+void MonteCarlo::move() {
+  const Mat3 root = root_of(moved_covariance_ + diagonal(options_.spread, options_.spread_turn));
+  const Pose2 m = std::exchange(T_update_robot_, {});
+  const double cm = std::cos(m.theta), sm = std::sin(m.theta);
+  moved_covariance_.setZero();
+  for_blocks([&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      RandomStream random = stream(options_.seed, updates_, moving, i);
+      const double z0 = normal_(random), z1 = normal_(random), z2 = normal_(random);
+      const double along = root(0, 0) * z0, across = root(1, 0) * z0 + root(1, 1) * z1;
+      const double t = root(2, 0) * z0 + root(2, 1) * z1 + root(2, 2) * z2;
+      const auto [turn_cos, turn_sin, a, b] = small_turn(t);
+      const double vx = a * along - b * across, vy = b * along + a * across;
+      const double x = m.x + cm * vx - sm * vy, y = m.y + sm * vx + cm * vy;
+      const double c = poses_.cos[i], s = poses_.sin[i];
+      poses_.x[i] = static_cast<float>(poses_.x[i] + (c * x - s * y));
+      poses_.y[i] = static_cast<float>(poses_.y[i] + (s * x + c * y));
+      const double dc = cm * turn_cos - sm * turn_sin, ds = sm * turn_cos + cm * turn_sin;
+      const double c1 = c * dc - s * ds, s1 = s * dc + c * ds;
+      const double length = 1.5 - 0.5 * (c1 * c1 + s1 * s1);  // one Newton step to length 1
+      poses_.cos[i] = static_cast<float>(c1 * length);
+      poses_.sin[i] = static_cast<float>(s1 * length);
+    }
+  });
+}
+
+// log p += effective * mean log likelihood of a beam.
+void MonteCarlo::weigh(const Scan& scan) {
+  beams_ = match::beams(scan, {.most = options_.beams});
+  if (beams_.returns < kLeastReturns) beams_.returns = 0;
+  const double returns = std::max<double>(1, static_cast<double>(beams_.returns));
+  const double unit = match::LikelihoodField::kUnit * std::min(1.0, options_.effective / returns);
+  for_blocks([&](std::size_t first, std::size_t last) {
+    place_->likelihood.costs(beams_, poses_, first, last, costs_.data());
+    for (std::size_t i = first; i < last; ++i) {
+      const bool floor = place_->known.at(Vec2(poses_.x[i], poses_.y[i])) == map::CellState::free;
+      log_weights_[i] -= unit * costs_[i] + (floor ? 0 : options_.off_floor);
+    }
+  });
+  filter::normalise(log_weights_, weights_);
+}
+
+// How well the scan fits where the particles are believed to be, now and in the mean of before.
+void MonteCarlo::watch() {
+  if (beams_.returns == 0) return;
+  double cost = 0;
+  for (std::size_t i = 0; i < weights_.size(); ++i) cost += weights_[i] * costs_[i];
+  fit_ = std::exp(-cost * match::LikelihoodField::kUnit / static_cast<double>(beams_.returns));
+  // Means whose first values count in full.
+  const auto take = [&](double alpha, double& mean, double& mass) {
+    mass += alpha * (1 - mass);
+    mean += alpha / mass * (fit_ - mean);
+  };
+  take(options_.alpha_fast, fast_, fast_mass_);
+  if (found() && fits(options_.doubt)) take(options_.alpha_slow, slow_, slow_mass_);
+}
+
+// The heaviest bin, and the particles about the mean of those about it; then what is left.
+void MonteCarlo::find_clusters() {
+  clusters_.clear();
+  left_ = weights_;
+  for (double rest = 1; clusters_.size() < kClusters && rest > kLeastCluster;) {
+    bins_.clear();
+    double heaviest = 0;
+    std::size_t seed = 0;
+    for (std::size_t i = 0; i < left_.size(); ++i) {
+      if (left_[i] <= 0) continue;
+      const double bin =
+          bins_.add(poses_.x[i], poses_.y[i], poses_.cos[i], poses_.sin[i], left_[i]);
+      if (bin > heaviest) heaviest = bin, seed = i;
+    }
+    clusters_.push_back(take_cluster(seed));
+    rest -= clusters_.back().weight;
+  }
+  std::stable_sort(
+      clusters_.begin(), clusters_.end(),
+      [](const ParticleCluster& a, const ParticleCluster& b) { return a.weight > b.weight; });
+}
+
+ParticleCluster MonteCarlo::take_cluster(std::size_t seed) {
+  struct Sums {
+    double w = 0, x = 0, y = 0, c = 0, s = 0;
+  };
+  double x = poses_.x[seed], y = poses_.y[seed], c = poses_.cos[seed], s = poses_.sin[seed];
+  const double nearest = std::cos(kReachTurn);
+  const auto within = [&](std::size_t i) {
+    const double dx = poses_.x[i] - x, dy = poses_.y[i] - y;
+    return dx * dx + dy * dy < kReach * kReach && poses_.cos[i] * c + poses_.sin[i] * s > nearest;
+  };
+  for (int round = 0; round < 2; ++round) {
+    Sums sum;
+    for (std::size_t i = 0; i < left_.size(); ++i) {
+      if (!within(i)) continue;
+      const double w = left_[i];
+      sum.w += w, sum.x += w * poses_.x[i], sum.y += w * poses_.y[i];
+      sum.c += w * poses_.cos[i], sum.s += w * poses_.sin[i];
+    }
+    const double length = std::hypot(sum.c, sum.s);
+    x = sum.x / sum.w, y = sum.y / sum.w, c = sum.c / length, s = sum.s / length;
+  }
+  ParticleCluster cluster;
+  Vec3 mean = Vec3::Zero();  // off (x, y, theta); not quite zero, for the reach has moved
+  for (std::size_t i = 0; i < left_.size(); ++i) {
+    if (!within(i) && i != seed) continue;
+    const double w = std::exchange(left_[i], 0);
+    const Vec3 off(poses_.x[i] - x, poses_.y[i] - y, poses_.sin[i] * c - poses_.cos[i] * s);
+    cluster.weight += w;
+    mean += w * off;
+    cluster.covariance += w * off * off.transpose();
+  }
+  mean /= cluster.weight;
+  cluster.covariance = cluster.covariance / cluster.weight - mean * mean.transpose();
+  cluster.T_map_robot = from_vector(Vec3(x, y, std::atan2(s, c)) + mean);
+  return cluster;
+}
+
+bool MonteCarlo::found() const { return clusters_.front().weight >= options_.sure; }
+
+bool MonteCarlo::fits(double share) const { return slow_mass_ == 0 || fast_ >= share * slow_; }
+
+// At the last update, carried on by the wheels since.
+Estimate MonteCarlo::estimate() const {
+  const ParticleCluster& best = clusters_.front();
+  Estimate estimate;
+  estimate.time = time_;
+  estimate.T_map_robot = best.T_map_robot * T_update_robot_;
+  Mat3 swing = Mat3::Identity(), turn = Mat3::Identity();
+  const Vec2 way = estimate.T_map_robot.translation() - best.T_map_robot.translation();
+  swing(0, 2) = -way.y(), swing(1, 2) = way.x();
+  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(estimate.T_map_robot.theta).toRotationMatrix();
+  estimate.covariance =
+      swing * best.covariance * swing.transpose() + turn * moved_covariance_ * turn.transpose();
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+  axes.computeDirect(estimate.covariance.topLeftCorner<2, 2>());
+  if (axes.eigenvalues()(1) > kWeak * kWeak) {
+    estimate.health = Health::degraded;
+    estimate.weak_direction = axes.eigenvectors().col(1);
+  }
+  if (!found() || !fits(options_.doubt)) estimate.health = Health::degraded;
+  if (best.weight < kFound || !fits(options_.lost)) estimate.health = Health::lost;
+  return estimate;
+}
+
+// New particles where the fit falls off, or where several places are as good.
+std::size_t MonteCarlo::fresh_wanted() const {
+  double share = fits(options_.doubt) ? 0 : 1 - fast_ / (options_.doubt * slow_);
+  if (clusters_.front().weight < kFound) share = std::max(share, kSearching);
+  return static_cast<std::size_t>(share * options_.particles);
+}
+
+// As many as the belief asks for: Fox's bound on the bins that a full draw fills.
+std::size_t MonteCarlo::wanted_size() {
+  chosen_.resize(static_cast<std::size_t>(options_.particles));
+  RandomStream random = stream(options_.seed, updates_, resampling, 0);
+  filter::resample_systematic(weights_, random, chosen_);
+  bins_.clear();
+  for (std::size_t k = 0; k < chosen_.size(); ++k)
+    if (const std::uint32_t i = chosen_[k]; k == 0 || i != chosen_[k - 1])
+      bins_.add(poses_.x[i], poses_.y[i], poses_.cos[i], poses_.sin[i], 1);
+  return std::clamp(filter::kld_size(bins_.count(), options_.kld_error, options_.kld_quantile),
+                    static_cast<std::size_t>(std::min(options_.least, options_.particles)),
+                    chosen_.size());
+}
+
+// The last `fresh` places are left to draw_fresh().
+void MonteCarlo::resample(std::size_t fresh) {
+  const std::size_t n = fresh > 0 ? static_cast<std::size_t>(options_.particles) : wanted_size();
+  chosen_.resize(n - fresh);
+  RandomStream random = stream(options_.seed, updates_, resampling, 1);
+  filter::resample_systematic(weights_, random, chosen_);
+  drawn_.resize(n);
+  for (std::size_t k = 0; k < chosen_.size(); ++k) {
+    const std::uint32_t i = chosen_[k];
+    drawn_.x[k] = poses_.x[i], drawn_.y[k] = poses_.y[i];
+    drawn_.cos[k] = poses_.cos[i], drawn_.sin[k] = poses_.sin[i];
+  }
+  std::swap(poses_, drawn_);
+  resize(n);
+}
+
+// Some anywhere, some about places where the scan fits: each place gets as many.
+void MonteCarlo::draw_fresh(const Scan& scan, std::size_t first) {
+  const auto places =
+      options_.proposed > 0 ? global_.find(scan).hypotheses : std::vector<Hypothesis>{};
+  const Mat3 least = diagonal(kProposalSigma, kProposalTurn),
+             most = diagonal(kProposalMost, kProposalTurnMost).inverse();
+  std::vector<Mat3> roots;
+  for (const Hypothesis& h : places)
+    roots.push_back(root_of(((h.covariance + least).inverse() + most).inverse()));
+  for (std::size_t i = first; i < poses_.size(); ++i) {
+    RandomStream random = stream(options_.seed, updates_, drawing, i);
+    const bool anywhere = random.uniform() >= options_.proposed || places.empty();
+    const std::size_t k = anywhere ? 0 : i % places.size();
+    poses_.set(
+        i, anywhere ? draw_anywhere(random) : draw_near(places[k].T_map_robot, roots[k], random));
+  }
+}
+
+Pose2 MonteCarlo::draw_anywhere(RandomStream& random) const {
+  const auto cell = static_cast<int>(floor_[random.below(floor_.size())]);
+  const map::KnownMap& map = place_->known;
+  const double x = cell % map.width + random.uniform(), y = cell / map.width + random.uniform();
+  return {map.x0 + map.resolution * x, map.y0 + map.resolution * y, random.uniform(-kPi, kPi)};
+}
+
+Pose2 MonteCarlo::draw_near(const Pose2& mean, const Mat3& root, RandomStream& random) const {
+  const double x = normal_(random), y = normal_(random), turn = normal_(random);
+  return from_vector(mean.vector() + root * Vec3(x, y, turn));
+}
+
+namespace {
+
+struct MonteCarloRun {
+  ScanFeed feed;
+  MonteCarlo filter;
+  Localization result;
+
+  std::optional<Estimate> take_scans() {
+    std::optional<Estimate> newest;
+    while (const auto scan = feed.next()) {
+      newest = filter.add(*scan);
+      // Its steps are no measure of the wheels: neighbouring estimates err apart.
+      const bool trusted = !scan->by_wheels && newest->health == Health::ok;
+      if (!result.estimates.empty())
+        feed.observe(between(result.estimates.back().T_map_robot, newest->T_map_robot), trusted);
+      result.estimates.push_back(*newest);
+    }
+    return newest;
+  }
+};
+
+}  // namespace
+
+Localizer monte_carlo(const PlacePtr& place, const MonteCarloOptions& options, const Pose2& start,
+                      Threads threads) {
+  const auto run = std::make_shared<MonteCarloRun>(
+      MonteCarloRun{ScanFeed{}, MonteCarlo(place, options, start, threads), {}});
+  return {[run](const Event& event) {
+            run->feed.add(event);
+            return run->take_scans();
+          },
+          [run] {
+            run->feed.end();
+            run->take_scans();
+            return std::move(run->result);
+          }};
+}
+
+void describe(OptionFields& f, MonteCarloOptions& o) {
+  f.add("monte_carlo.seed", o.seed, {"1", "of the random numbers", 0, 2e9});
+  f.add("monte_carlo.particles", o.particles, {"1", "at most", 10, 1e7});
+  f.add("monte_carlo.least", o.least, {"1", "particles at least", 10, 1e7});
+  f.add("monte_carlo.beams", o.beams, {"1", "of a scan that are looked at", 10, 10000});
+  f.add("monte_carlo.effective", o.effective,
+        {"1", "as how many independent beams they count", 1, 1000});
+  f.add("monte_carlo.step", o.step, {"m", "driven between two updates", 0, 10});
+  f.add("monte_carlo.step_turn", o.step_turn, {"rad", "turned between two updates", 0, 3});
+  f.add("monte_carlo.start_sigma", o.start_sigma,
+        {"m", "how well the start is known; 0: not at all", 0, 100});
+  f.add("monte_carlo.start_turn", o.start_turn, {"rad", "the same of the heading", 0.001, 4});
+  f.add("monte_carlo.spread", o.spread, {"m", "added to each motion so that copies part", 1e-4, 1});
+  f.add("monte_carlo.spread_turn", o.spread_turn, {"rad", "the same", 1e-4, 1});
+  f.add("monte_carlo.kld_error", o.kld_error,
+        {"nat", "between the particles and the belief they stand for", 1e-3, 10});
+  f.add("monte_carlo.kld_quantile", o.kld_quantile, {"1", "of how surely; normal", 0, 6});
+  f.add("monte_carlo.alpha_slow", o.alpha_slow, {"1", "of the mean fit of many updates", 1e-4, 1});
+  f.add("monte_carlo.alpha_fast", o.alpha_fast, {"1", "of that of the last few", 1e-4, 1});
+  f.add("monte_carlo.doubt", o.doubt,
+        {"1", "fast mean by slow mean below which new particles join", 0, 1});
+  f.add("monte_carlo.lost", o.lost, {"1", "fast by slow below which the robot is lost", 0, 1});
+  f.add("monte_carlo.proposed", o.proposed, {"1", "of new particles that fit the scan", 0, 1});
+  f.add("monte_carlo.sure", o.sure, {"1", "weight of a cluster that is the place", 0.5, 1});
+  f.add("monte_carlo.off_floor", o.off_floor,
+        {"nat", "an update, against standing where no floor is known", 0, 100});
+}
+
+}  // namespace majak::localize

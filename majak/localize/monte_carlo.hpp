@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// Monte Carlo localization (thesis p. 22; Thrun, Burgard, Fox 2005, 8.3): the belief is a cloud of
+// poses, each with a weight. They move as the wheels say, each with an error of its own; they weigh
+// what the laser says where they are; the light ones die, the heavy ones multiply. Begins anywhere
+// on the map, and recovers when it is carried away: places that fit the scan join the cloud when
+// the cloud itself fits no longer (docs/MATH.md "Monte Carlo localization").
+//
+//   MonteCarlo filter(place, {});
+//   while (const auto scan = feed.next()) estimate = filter.add(*scan);
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "majak/core/estimate.hpp"
+#include "majak/core/normal_table.hpp"
+#include "majak/core/options.hpp"
+#include "majak/core/parallel.hpp"
+#include "majak/localize/global_localization.hpp"
+#include "majak/localize/localizer.hpp"
+#include "majak/localize/place.hpp"
+#include "majak/localize/pose_bins.hpp"
+#include "majak/localize/scan_feed.hpp"
+#include "majak/match/likelihood_field.hpp"
+
+namespace majak::localize {
+
+struct MonteCarloOptions {
+  int seed = 1;
+  int particles = 5000;     ///< at most
+  int least = 500;          ///< at least
+  int beams = 180;          ///< of a scan that are looked at
+  double effective = 15;    ///< as how many independent beams they count; neighbours err together
+  double step = 0.2;        ///< m driven between two updates
+  double step_turn = 0.2;   ///< rad turned, likewise
+  double start_sigma = 0;   ///< m, how well the start is known; 0: not at all
+  double start_turn = 0.2;  ///< rad, the same
+  double spread = 0.01;     ///< m, added to each motion so that copies part
+  double spread_turn = 0.005;  ///< rad, the same
+  double kld_error = 0.05;     ///< nat, between the cloud and the belief it stands for
+  double kld_quantile = 2.33;  ///< 1, standard normal, of how surely
+  double alpha_slow = 0.02;    ///< of the mean of the fit over many updates
+  double alpha_fast = 0.4;     ///< of that over the last few
+  double doubt = 0.8;          ///< share of its slow mean below which the fast mean is suspicious
+  double lost = 0.5;           ///< share below which the robot is lost
+  double proposed = 0.5;       ///< of new particles, drawn from places that fit the scan
+  double sure = 0.8;           ///< weight of one cluster from which on the place is found
+  double off_floor = 1;        ///< nat an update, against standing where no floor is known
+};
+void describe(OptionFields& fields, MonteCarloOptions& options);
+
+/// Particles that stand together.
+struct ParticleCluster {
+  Pose2 T_map_robot;               ///< their mean
+  Mat3 covariance = Mat3::Zero();  ///< map axes
+  double weight = 0;               ///< of all
+};
+
+class MonteCarlo {
+ public:
+  /// start: T_map_robot at the first scan, looked at if options.start_sigma > 0. The result is the
+  /// same for any number of threads.
+  MonteCarlo(PlacePtr place, const MonteCarloOptions& options, const Pose2& start = {},
+             Threads threads = {});
+
+  Estimate add(const FedScan& scan);
+
+  // State, for figures and tests.
+  const match::PoseArrays& poses() const { return poses_; }
+  const std::vector<double>& weights() const { return weights_; }  ///< of the last update, sum 1
+  /// The heaviest first, those of a twentieth and more.
+  const std::vector<ParticleCluster>& clusters() const { return clusters_; }
+  int updates() const { return updates_; }
+  bool updated() const { return updated_; }  ///< by the last scan, or moved on only
+  double fit() const { return fit_; }  ///< of the last scan: mean likelihood of a beam, 0 ... 1
+  double fit_fast() const { return fast_; }
+  double fit_slow() const { return slow_; }
+
+ private:
+  bool due(const FedScan& scan);
+  void begin(const Scan& scan);
+  void move();
+  void weigh(const Scan& scan);
+  void watch();
+  void find_clusters();
+  ParticleCluster take_cluster(std::size_t seed);
+  bool found() const;
+  bool fits(double share) const;
+  Estimate estimate() const;
+  std::size_t fresh_wanted() const;
+  void resample(std::size_t fresh);
+  std::size_t wanted_size();
+  void draw_fresh(const Scan& scan, std::size_t first);
+  Pose2 draw_anywhere(RandomStream& random) const;
+  Pose2 draw_near(const Pose2& mean, const Mat3& root, RandomStream& random) const;
+  void resize(std::size_t n);
+  template <class Body>
+  void for_blocks(const Body& body) const;
+
+  PlacePtr place_;
+  MonteCarloOptions options_;
+  Pose2 start_;
+  Threads threads_;
+  GlobalLocalization global_;
+  NormalTable normal_;
+  std::vector<std::uint32_t> floor_;  // cells where a robot may be
+
+  match::PoseArrays poses_, drawn_;
+  std::vector<double> log_weights_, weights_, left_;
+  std::vector<std::uint32_t> costs_, chosen_;
+  PoseBins bins_;
+  match::Beams beams_;
+  std::vector<ParticleCluster> clusters_;
+
+  Pose2 T_update_robot_;  // moved since the last update, and how surely
+  Mat3 moved_covariance_ = Mat3::Zero();
+  Time time_ = 0;
+  int updates_ = 0;
+  bool updated_ = false;
+  double fit_ = 0, slow_ = 0, fast_ = 0, slow_mass_ = 0, fast_mass_ = 0;
+};
+
+/// As the registry wants it.
+Localizer monte_carlo(const PlacePtr& place, const MonteCarloOptions& options, const Pose2& start,
+                      Threads threads = {});
+
+}  // namespace majak::localize
