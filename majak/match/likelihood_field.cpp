@@ -47,23 +47,31 @@ __attribute__((target("avx2"))) std::uint32_t sum_by_eights(const Field& f, cons
   const __m256 x0 = _mm256_set1_ps(at.x), y0 = _mm256_set1_ps(at.y);
   const __m256 last_x = _mm256_set1_ps(f.last_x), last_y = _mm256_set1_ps(f.last_y);
   const __m256i width = _mm256_set1_epi32(f.width);
+  // Cells of eight returns from i on; those past the last are not to be looked at.
   alignas(32) std::uint32_t cells[8];
-  std::uint32_t even = 0, odd = 0;
-  std::size_t i = 0;
-  for (; i + 8 <= n; i += 8) {
-    const __m256 bx = _mm256_loadu_ps(px + i), by = _mm256_loadu_ps(py + i);
+  const auto find_cells = [&](__m256 bx, __m256 by) __attribute__((target("avx2"))) {
     const __m256 x = _mm256_add_ps(x0, _mm256_sub_ps(_mm256_mul_ps(c, bx), _mm256_mul_ps(s, by)));
     const __m256 y = _mm256_add_ps(y0, _mm256_add_ps(_mm256_mul_ps(s, bx), _mm256_mul_ps(c, by)));
     const __m256i ix = _mm256_cvttps_epi32(_mm256_min_ps(_mm256_max_ps(x, zero), last_x));
     const __m256i iy = _mm256_cvttps_epi32(_mm256_min_ps(_mm256_max_ps(y, zero), last_y));
     _mm256_store_si256(reinterpret_cast<__m256i*>(cells),
                        _mm256_add_epi32(_mm256_mullo_epi32(iy, width), ix));
+  };
+  std::uint32_t even = 0, odd = 0;
+  std::size_t i = 0;
+  for (; i + 8 <= n; i += 8) {
+    find_cells(_mm256_loadu_ps(px + i), _mm256_loadu_ps(py + i));
     for (int k = 0; k < 8; k += 2) {
       even += f.costs[cells[k]];
       odd += f.costs[cells[k + 1]];
     }
   }
-  return even + odd + sum_of(f, px + i, py + i, n - i, at);
+  const int rest = static_cast<int>(n - i);
+  const __m256i mask =
+      _mm256_cmpgt_epi32(_mm256_set1_epi32(rest), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+  find_cells(_mm256_maskload_ps(px + i, mask), _mm256_maskload_ps(py + i, mask));
+  for (int k = 0; k < rest; ++k) even += f.costs[cells[k]];
+  return even + odd;
 }
 #endif
 
