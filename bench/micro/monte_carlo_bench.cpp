@@ -28,7 +28,7 @@ void update(benchmark::State& state) {
   }
   // Every scan is an update, and all particles stay.
   localize::MonteCarlo filter(
-      place, {.least = 5000, .step = 0, .start_sigma = 0.3, .doubt = 0, .lost = 0}, path.start);
+      place, {.least = 5000, .step = 0, .start_sigma = 0.3, .doubt = 10, .lost = 10}, path.start);
   std::size_t i = 0;
   for (auto _ : state) {
     if (i == scans.size()) {

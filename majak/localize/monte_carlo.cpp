@@ -25,6 +25,7 @@ constexpr std::size_t kClusters = 5;
 constexpr double kLeastCluster = 0.05;
 constexpr double kWeak = 0.10;  // m, sigma of a direction from which on it is weak
 
+constexpr double kLeap = 1, kLeapTurn = 0.5;  // m, rad, from where the cloud was expected
 constexpr double kFound = 0.5;      // weight of a cluster that is likelier than all others
 constexpr double kSearching = 0.1;  // share of new particles while there is none
 // Proposals: added to what a fit says of itself, and what it may be at most.
@@ -132,7 +133,7 @@ void MonteCarlo::begin(const Scan& scan) {
 // x' = x * m * exp(noise), for each particle a noise of its own.
 void MonteCarlo::move() {
   const Mat3 root = root_of(moved_covariance_ + diagonal(options_.spread, options_.spread_turn));
-  const Pose2 m = std::exchange(T_update_robot_, {});
+  const Pose2 m = moved_ = std::exchange(T_update_robot_, {});
   const double cm = std::cos(m.theta), sm = std::sin(m.theta);
   moved_covariance_.setZero();
   for_blocks([&](std::size_t first, std::size_t last) {
@@ -177,11 +178,11 @@ void MonteCarlo::watch() {
   if (beams_.returns == 0) return;
   double cost = 0;
   for (std::size_t i = 0; i < weights_.size(); ++i) cost += weights_[i] * costs_[i];
-  fit_ = std::exp(-cost * match::LikelihoodField::kUnit / static_cast<double>(beams_.returns));
+  misfit_ = cost * match::LikelihoodField::kUnit / static_cast<double>(beams_.returns);
   // Means whose first values count in full.
   const auto take = [&](double alpha, double& mean, double& mass) {
     mass += alpha * (1 - mass);
-    mean += alpha / mass * (fit_ - mean);
+    mean += alpha / mass * (misfit_ - mean);
   };
   take(options_.alpha_fast, fast_, fast_mass_);
   if (found() && fits(options_.doubt)) take(options_.alpha_slow, slow_, slow_mass_);
@@ -189,6 +190,7 @@ void MonteCarlo::watch() {
 
 // The heaviest bin, and the particles about the mean of those about it; then what is left.
 void MonteCarlo::find_clusters() {
+  const Pose2 expected = clusters_.empty() ? Pose2{} : clusters_.front().T_map_robot * moved_;
   clusters_.clear();
   left_ = weights_;
   for (double rest = 1; clusters_.size() < kClusters && rest > kLeastCluster;) {
@@ -207,6 +209,8 @@ void MonteCarlo::find_clusters() {
   std::stable_sort(
       clusters_.begin(), clusters_.end(),
       [](const ParticleCluster& a, const ParticleCluster& b) { return a.weight > b.weight; });
+  const Pose2 off = between(expected, clusters_.front().T_map_robot);
+  leapt_ = updates_ > 0 && (off.translation().norm() > kLeap || std::abs(off.theta) > kLeapTurn);
 }
 
 ParticleCluster MonteCarlo::take_cluster(std::size_t seed) {
@@ -246,10 +250,6 @@ ParticleCluster MonteCarlo::take_cluster(std::size_t seed) {
   return cluster;
 }
 
-bool MonteCarlo::found() const { return clusters_.front().weight >= options_.sure; }
-
-bool MonteCarlo::fits(double share) const { return slow_mass_ == 0 || fast_ >= share * slow_; }
-
 // At the last update, carried on by the wheels since.
 Estimate MonteCarlo::estimate() const {
   const ParticleCluster& best = clusters_.front();
@@ -269,13 +269,13 @@ Estimate MonteCarlo::estimate() const {
     estimate.weak_direction = axes.eigenvectors().col(1);
   }
   if (!found() || !fits(options_.doubt)) estimate.health = Health::degraded;
-  if (best.weight < kFound || !fits(options_.lost)) estimate.health = Health::lost;
+  if (best.weight < kFound || leapt_ || !fits(options_.lost)) estimate.health = Health::lost;
   return estimate;
 }
 
 // New particles where the fit falls off, or where several places are as good.
 std::size_t MonteCarlo::fresh_wanted() const {
-  double share = fits(options_.doubt) ? 0 : 1 - fast_ / (options_.doubt * slow_);
+  double share = fits(options_.doubt) ? 0 : 1 - std::exp(slow_ + options_.doubt - fast_);
   if (clusters_.front().weight < kFound) share = std::max(share, kSearching);
   return static_cast<std::size_t>(share * options_.particles);
 }
@@ -395,11 +395,13 @@ void describe(OptionFields& f, MonteCarloOptions& o) {
   f.add("monte_carlo.kld_error", o.kld_error,
         {"nat", "between the particles and the belief they stand for", 1e-3, 10});
   f.add("monte_carlo.kld_quantile", o.kld_quantile, {"1", "of how surely; normal", 0, 6});
-  f.add("monte_carlo.alpha_slow", o.alpha_slow, {"1", "of the mean fit of many updates", 1e-4, 1});
+  f.add("monte_carlo.alpha_slow", o.alpha_slow,
+        {"1", "of the mean misfit of many updates", 1e-4, 1});
   f.add("monte_carlo.alpha_fast", o.alpha_fast, {"1", "of that of the last few", 1e-4, 1});
   f.add("monte_carlo.doubt", o.doubt,
-        {"1", "fast mean by slow mean below which new particles join", 0, 1});
-  f.add("monte_carlo.lost", o.lost, {"1", "fast by slow below which the robot is lost", 0, 1});
+        {"nat", "a beam, fast by slow mean, from which on new particles join", 0, 10});
+  f.add("monte_carlo.lost", o.lost,
+        {"nat", "a beam, the same, from which on the robot is lost", 0, 10});
   f.add("monte_carlo.proposed", o.proposed, {"1", "of new particles that fit the scan", 0, 1});
   f.add("monte_carlo.sure", o.sure, {"1", "weight of a cluster that is the place", 0.5, 1});
   f.add("monte_carlo.off_floor", o.off_floor,

@@ -39,10 +39,10 @@ struct MonteCarloOptions {
   double spread_turn = 0.005;  ///< rad, the same
   double kld_error = 0.05;     ///< nat, between the cloud and the belief it stands for
   double kld_quantile = 2.33;  ///< 1, standard normal, of how surely
-  double alpha_slow = 0.02;    ///< of the mean of the fit over many updates
-  double alpha_fast = 0.4;     ///< of that over the last few
-  double doubt = 0.8;          ///< share of its slow mean below which the fast mean is suspicious
-  double lost = 0.5;           ///< share below which the robot is lost
+  double alpha_slow = 0.02;    ///< of the mean misfit of many updates
+  double alpha_fast = 0.4;     ///< of that of the last few
+  double doubt = 0.6;          ///< nat a beam by which the fast mean is suspiciously worse
+  double lost = 1.2;           ///< nat a beam from which on the robot is lost
   double proposed = 0.5;       ///< of new particles, drawn from places that fit the scan
   double sure = 0.8;           ///< weight of one cluster from which on the place is found
   double off_floor = 1;        ///< nat an update, against standing where no floor is known
@@ -72,9 +72,11 @@ class MonteCarlo {
   const std::vector<ParticleCluster>& clusters() const { return clusters_; }
   int updates() const { return updates_; }
   bool updated() const { return updated_; }  ///< by the last scan, or moved on only
-  double fit() const { return fit_; }  ///< of the last scan: mean likelihood of a beam, 0 ... 1
-  double fit_fast() const { return fast_; }
-  double fit_slow() const { return slow_; }
+  /// nat a beam below a perfect fit, where the particles are believed to be: at the last update, in
+  /// the mean of the last few, and of many.
+  double misfit() const { return misfit_; }
+  double misfit_fast() const { return fast_; }
+  double misfit_slow() const { return slow_; }
 
  private:
   bool due(const FedScan& scan);
@@ -84,8 +86,8 @@ class MonteCarlo {
   void watch();
   void find_clusters();
   ParticleCluster take_cluster(std::size_t seed);
-  bool found() const;
-  bool fits(double share) const;
+  bool found() const { return clusters_.front().weight >= options_.sure; }
+  bool fits(double worse) const { return slow_mass_ == 0 || fast_ <= slow_ + worse; }
   Estimate estimate() const;
   std::size_t fresh_wanted() const;
   void resample(std::size_t fresh);
@@ -114,10 +116,12 @@ class MonteCarlo {
 
   Pose2 T_update_robot_;  // moved since the last update, and how surely
   Mat3 moved_covariance_ = Mat3::Zero();
+  Pose2 moved_;  // the motion of the last update
   Time time_ = 0;
   int updates_ = 0;
   bool updated_ = false;
-  double fit_ = 0, slow_ = 0, fast_ = 0, slow_mass_ = 0, fast_mass_ = 0;
+  bool leapt_ = false;  // the last update found the robot elsewhere
+  double misfit_ = 0, slow_ = 0, fast_ = 0, slow_mass_ = 0, fast_mass_ = 0;
 };
 
 /// As the registry wants it.
