@@ -26,8 +26,9 @@ constexpr double kLeastCluster = 0.05;
 constexpr double kWeak = 0.10;  // m, sigma of a direction from which on it is weak
 
 constexpr double kLeap = 1, kLeapTurn = 0.5;  // m, rad, from where the cloud was expected
-constexpr double kFound = 0.5;      // weight of a cluster that is likelier than all others
-constexpr double kSearching = 0.1;  // share of new particles while there is none
+constexpr double kFound = 0.5;  // weight of a cluster that is likelier than all others
+constexpr double kSlipped = 0.3, kAnywhere = 0.3;  // of new particles
+constexpr double kSearching = 0.1;                 // share of new particles while there is none
 // Proposals: added to what a fit says of itself, and what it may be at most.
 constexpr double kProposalSigma = 0.03, kProposalTurn = 0.01;   // m, rad
 constexpr double kProposalMost = 0.5, kProposalTurnMost = 0.2;  // m, rad
@@ -310,21 +311,29 @@ void MonteCarlo::resample(std::size_t fresh) {
   resize(n);
 }
 
-// Some anywhere, some about places where the scan fits: each place gets as many.
+// Anywhere, about places where the scan fits (each gets as many), and about the estimate, from
+// which the wheels may just have slipped. Those that are elsewhere than the cloud begin lighter.
 void MonteCarlo::draw_fresh(const Scan& scan, std::size_t first) {
-  const auto places =
-      options_.proposed > 0 ? global_.find(scan).hypotheses : std::vector<Hypothesis>{};
+  const auto places = global_.find(scan).hypotheses;
   const Mat3 least = diagonal(kProposalSigma, kProposalTurn),
              most = diagonal(kProposalMost, kProposalTurnMost).inverse();
   std::vector<Mat3> roots;
   for (const Hypothesis& h : places)
     roots.push_back(root_of(((h.covariance + least).inverse() + most).inverse()));
+  const bool believed = !clusters_.empty() && clusters_.front().weight >= kFound;
+  const Mat3 slip = root_of(diagonal(options_.slip, options_.slip_turn));
   for (std::size_t i = first; i < poses_.size(); ++i) {
     RandomStream random = stream(options_.seed, updates_, drawing, i);
-    const bool anywhere = random.uniform() >= options_.proposed || places.empty();
+    const double what = random.uniform();
+    if (believed && what < kSlipped) {
+      poses_.set(i, draw_near(clusters_.front().T_map_robot, slip, random));
+      continue;
+    }
+    const bool anywhere = places.empty() || what > 1 - kAnywhere;
     const std::size_t k = anywhere ? 0 : i % places.size();
     poses_.set(
         i, anywhere ? draw_anywhere(random) : draw_near(places[k].T_map_robot, roots[k], random));
+    if (believed) log_weights_[i] = -options_.carried;
   }
 }
 
@@ -402,7 +411,10 @@ void describe(OptionFields& f, MonteCarloOptions& o) {
         {"nat", "a beam, fast by slow mean, from which on new particles join", 0, 10});
   f.add("monte_carlo.lost", o.lost,
         {"nat", "a beam, the same, from which on the robot is lost", 0, 10});
-  f.add("monte_carlo.proposed", o.proposed, {"1", "of new particles that fit the scan", 0, 1});
+  f.add("monte_carlo.carried", o.carried,
+        {"nat", "an update, against having been carried away", 0, 100});
+  f.add("monte_carlo.slip", o.slip, {"m", "how far the wheels may slip in doubt", 0.01, 10});
+  f.add("monte_carlo.slip_turn", o.slip_turn, {"rad", "the same", 0.01, 3});
   f.add("monte_carlo.sure", o.sure, {"1", "weight of a cluster that is the place", 0.5, 1});
   f.add("monte_carlo.off_floor", o.off_floor,
         {"nat", "an update, against standing where no floor is known", 0, 100});

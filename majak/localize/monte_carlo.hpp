@@ -43,7 +43,9 @@ struct MonteCarloOptions {
   double alpha_fast = 0.4;     ///< of that of the last few
   double doubt = 0.6;          ///< nat a beam by which the fast mean is suspiciously worse
   double lost = 1.2;           ///< nat a beam from which on the robot is lost
-  double proposed = 0.5;       ///< of new particles, drawn from places that fit the scan
+  double carried = 8;          ///< nat, against having been carried away in one update
+  double slip = 0.5;           ///< m, how far the wheels may have slipped where the fit is in doubt
+  double slip_turn = 0.2;      ///< rad, the same
   double sure = 0.8;           ///< weight of one cluster from which on the place is found
   double off_floor = 1;        ///< nat an update, against standing where no floor is known
 };
