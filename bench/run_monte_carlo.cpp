@@ -24,6 +24,8 @@ namespace {
 
 using namespace majak;
 
+constexpr double kWay = 8.5;  // m, or rad turned: a little more than 40 updates
+
 double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -73,27 +75,31 @@ struct Run {
   }
 };
 
-/// Questions with at least `updates` updates left in their piece.
-std::vector<std::size_t> starts(const Run& run, const bench::Halves& halves, double way) {
+/// Questions whose next `way` (m, or rad turned) lies in their piece, `covered` of its scans on
+/// known ground.
+std::vector<std::size_t> starts(const Run& run, const bench::Halves& halves, double way,
+                                double covered) {
   std::vector<std::size_t> found;
   for (const std::size_t q : halves.questions) {
-    double left = 0;
-    for (std::size_t i = q + 1; i < run.piece.size() && run.piece[i] == run.piece[q]; ++i) {
+    double left = way;
+    std::size_t i = q, known = 0;
+    for (; i < run.piece.size() && run.piece[i] == run.piece[q] && left > 0; ++i) {
       const Pose2& m = run.scans[i].T_previous_robot;
-      left += std::max(m.translation().norm(), std::abs(m.theta));
+      left -= std::max(m.translation().norm(), std::abs(m.theta));
+      known += halves.covered[i];
     }
-    if (left >= way) found.push_back(q);
+    if (left <= 0 && static_cast<double>(known) >= covered * static_cast<double>(i - q))
+      found.push_back(q);
   }
   if (found.empty()) throw Error("no scan to start from");
   return found;
 }
 
-void global(const Run& run, int times) {
+void global(const Run& run, const bench::Halves& halves, double covered, int times) {
   constexpr int kLooks[] = {1, 2, 5, 15, 40};
-  const auto halves = run.halves();
-  const auto from = starts(run, halves, 8.5);
-  fmt::print("{} starts to choose from, {} of {} scans covered\n", from.size(),
-             std::count(halves.covered.begin(), halves.covered.end(), true), run.scans.size());
+  const auto from = starts(run, halves, kWay, covered);
+  fmt::print("{} starts with {:.0f} % of the next {} m on known ground\n", from.size(),
+             100 * covered, kWay);
   RandomStream random(1);
   int right[5] = {}, counted[5] = {}, sure_and_wrong = 0, sure = 0;
   double time = 0, longest = 0;
@@ -128,7 +134,7 @@ void global(const Run& run, int times) {
 void kidnapped(const Run& run, int times) {
   constexpr int kBefore = 20, kAfter = 40;
   const auto halves = run.halves();
-  const auto from = starts(run, halves, 8.5);
+  const auto from = starts(run, halves, kWay, 0.95);
   RandomStream random(2);
   std::vector<int> back, told;
   int asked = 0;
@@ -218,7 +224,10 @@ int main(int argc, char** argv) {
     if (task != "global" && task != "kidnapped" && task != "log")
       throw Error("run_monte_carlo global|kidnapped|log SITE LOG [TIMES]");
     const Run run(argv[2], argv[3]);
-    if (task == "global") global(run, times);
+    if (task == "global") {
+      const auto halves = run.halves();
+      for (const double covered : {0.95, 0.0}) global(run, halves, covered, times);
+    }
     if (task == "kidnapped") kidnapped(run, times);
     if (task == "log") {
       along(run, localize::place_of(run.site), nullptr);
