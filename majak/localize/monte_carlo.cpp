@@ -205,16 +205,16 @@ void MonteCarlo::find_clusters() {
       if (bin > heaviest) heaviest = bin, seed = i;
     }
     clusters_.push_back(take_cluster(seed));
-    rest -= clusters_.back().weight;
+    rest -= clusters_.back().probability;
   }
   std::stable_sort(
       clusters_.begin(), clusters_.end(),
-      [](const ParticleCluster& a, const ParticleCluster& b) { return a.weight > b.weight; });
+      [](const Hypothesis& a, const Hypothesis& b) { return a.probability > b.probability; });
   const Pose2 off = between(expected, clusters_.front().T_map_robot);
   leapt_ = updates_ > 0 && (off.translation().norm() > kLeap || std::abs(off.theta) > kLeapTurn);
 }
 
-ParticleCluster MonteCarlo::take_cluster(std::size_t seed) {
+Hypothesis MonteCarlo::take_cluster(std::size_t seed) {
   struct Sums {
     double w = 0, x = 0, y = 0, c = 0, s = 0;
   };
@@ -235,25 +235,25 @@ ParticleCluster MonteCarlo::take_cluster(std::size_t seed) {
     const double length = std::hypot(sum.c, sum.s);
     x = sum.x / sum.w, y = sum.y / sum.w, c = sum.c / length, s = sum.s / length;
   }
-  ParticleCluster cluster;
+  Hypothesis cluster;
   Vec3 mean = Vec3::Zero();  // off (x, y, theta); not quite zero, for the reach has moved
   for (std::size_t i = 0; i < left_.size(); ++i) {
     if (!within(i) && i != seed) continue;
     const double w = std::exchange(left_[i], 0);
     const Vec3 off(poses_.x[i] - x, poses_.y[i] - y, poses_.sin[i] * c - poses_.cos[i] * s);
-    cluster.weight += w;
+    cluster.probability += w;
     mean += w * off;
     cluster.covariance += w * off * off.transpose();
   }
-  mean /= cluster.weight;
-  cluster.covariance = cluster.covariance / cluster.weight - mean * mean.transpose();
+  mean /= cluster.probability;
+  cluster.covariance = cluster.covariance / cluster.probability - mean * mean.transpose();
   cluster.T_map_robot = from_vector(Vec3(x, y, std::atan2(s, c)) + mean);
   return cluster;
 }
 
 // At the last update, carried on by the wheels since.
 Estimate MonteCarlo::estimate() const {
-  const ParticleCluster& best = clusters_.front();
+  const Hypothesis& best = clusters_.front();
   Estimate estimate;
   estimate.time = time_;
   estimate.T_map_robot = best.T_map_robot * T_update_robot_;
@@ -270,14 +270,14 @@ Estimate MonteCarlo::estimate() const {
     estimate.weak_direction = axes.eigenvectors().col(1);
   }
   if (!found() || !fits(options_.doubt)) estimate.health = Health::degraded;
-  if (best.weight < kFound || leapt_ || !fits(options_.lost)) estimate.health = Health::lost;
+  if (best.probability < kFound || leapt_ || !fits(options_.lost)) estimate.health = Health::lost;
   return estimate;
 }
 
 // New particles where the fit falls off, or where several places are as good.
 std::size_t MonteCarlo::fresh_wanted() const {
   double share = fits(options_.doubt) ? 0 : 1 - std::exp(slow_ + options_.doubt - fast_);
-  if (clusters_.front().weight < kFound) share = std::max(share, kSearching);
+  if (clusters_.front().probability < kFound) share = std::max(share, kSearching);
   return static_cast<std::size_t>(share * options_.particles);
 }
 
@@ -314,13 +314,13 @@ void MonteCarlo::resample(std::size_t fresh) {
 // Anywhere, about places where the scan fits (each gets as many), and about the estimate, from
 // which the wheels may just have slipped. Those that are elsewhere than the cloud begin lighter.
 void MonteCarlo::draw_fresh(const Scan& scan, std::size_t first) {
-  const auto places = global_.find(scan).hypotheses;
+  const auto places = global_.find(scan).places;
   const Mat3 least = diagonal(kProposalSigma, kProposalTurn),
              most = diagonal(kProposalMost, kProposalTurnMost).inverse();
   std::vector<Mat3> roots;
   for (const Hypothesis& h : places)
     roots.push_back(root_of(((h.covariance + least).inverse() + most).inverse()));
-  const bool believed = !clusters_.empty() && clusters_.front().weight >= kFound;
+  const bool believed = !clusters_.empty() && clusters_.front().probability >= kFound;
   const Mat3 slip = root_of(diagonal(options_.slip, options_.slip_turn));
   for (std::size_t i = first; i < poses_.size(); ++i) {
     RandomStream random = stream(options_.seed, updates_, drawing, i);
@@ -365,6 +365,7 @@ struct MonteCarloRun {
       if (!result.estimates.empty())
         feed.observe(between(result.estimates.back().T_map_robot, newest->T_map_robot), trusted);
       result.estimates.push_back(*newest);
+      if (filter.updated()) result.hypotheses.push_back({newest->time, filter.clusters()});
     }
     return newest;
   }

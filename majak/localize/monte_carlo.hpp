@@ -30,7 +30,7 @@ struct MonteCarloOptions {
   int particles = 5000;     ///< at most
   int least = 500;          ///< at least
   int beams = 180;          ///< of a scan that are looked at
-  double effective = 15;    ///< as how many independent beams they count; neighbours err together
+  double effective = 25;    ///< as how many independent beams they count; neighbours err together
   double step = 0.2;        ///< m driven between two updates
   double step_turn = 0.2;   ///< rad turned, likewise
   double start_sigma = 0;   ///< m, how well the start is known; 0: not at all
@@ -51,13 +51,6 @@ struct MonteCarloOptions {
 };
 void describe(OptionFields& fields, MonteCarloOptions& options);
 
-/// Particles that stand together.
-struct ParticleCluster {
-  Pose2 T_map_robot;               ///< their mean
-  Mat3 covariance = Mat3::Zero();  ///< map axes
-  double weight = 0;               ///< of all
-};
-
 class MonteCarlo {
  public:
   /// start: T_map_robot at the first scan, looked at if options.start_sigma > 0. The result is the
@@ -70,8 +63,8 @@ class MonteCarlo {
   // State, for figures and tests.
   const match::PoseArrays& poses() const { return poses_; }
   const std::vector<double>& weights() const { return weights_; }  ///< of the last update, sum 1
-  /// The heaviest first, those of a twentieth and more.
-  const std::vector<ParticleCluster>& clusters() const { return clusters_; }
+  /// Particles that stand together; the heaviest first, until a twentieth is left.
+  const std::vector<Hypothesis>& clusters() const { return clusters_; }
   int updates() const { return updates_; }
   bool updated() const { return updated_; }  ///< by the last scan, or moved on only
   /// nat a beam below a perfect fit, where the particles are believed to be: at the last update, in
@@ -87,8 +80,8 @@ class MonteCarlo {
   void weigh(const Scan& scan);
   void watch();
   void find_clusters();
-  ParticleCluster take_cluster(std::size_t seed);
-  bool found() const { return clusters_.front().weight >= options_.sure; }
+  Hypothesis take_cluster(std::size_t seed);
+  bool found() const { return clusters_.front().probability >= options_.sure; }
   bool fits(double worse) const { return slow_mass_ == 0 || fast_ <= slow_ + worse; }
   Estimate estimate() const;
   std::size_t fresh_wanted() const;
@@ -114,7 +107,7 @@ class MonteCarlo {
   std::vector<std::uint32_t> costs_, chosen_;
   PoseBins bins_;
   match::Beams beams_;
-  std::vector<ParticleCluster> clusters_;
+  std::vector<Hypothesis> clusters_;
 
   Pose2 T_update_robot_;  // moved since the last update, and how surely
   Mat3 moved_covariance_ = Mat3::Zero();

@@ -58,6 +58,11 @@ const Method kMethods[] = {
      [](const LocalizeOptions& o) {
        return localize::tracking(place_of(o, "tracking"), o.tracking, o.start, o.clock);
      }},
+    {"monte-carlo", "Monte Carlo localization, p. 22", "--map MAP, scans; odometry helps",
+     "trajectory with covariance, from no start at all",
+     [](const LocalizeOptions& o) {
+       return localize::monte_carlo(place_of(o, "monte-carlo"), o.monte_carlo, o.start);
+     }},
 };
 
 }  // namespace
@@ -70,6 +75,7 @@ void describe(OptionFields& fields, LocalizeOptions& o) {
   localize::describe(fields, o.kalman);
   localize::describe(fields, o.tracking);
   localize::describe(fields, o.find);
+  localize::describe(fields, o.monte_carlo);
   fields.add("reflectors.threshold", o.reflectors.threshold,
              {"raw units", "least intensity of a reflector; 0: from the scan itself", 0, 1e9});
   fields.add("reflectors.contrast", o.reflectors.contrast,

@@ -13,6 +13,7 @@
 #include "majak/localize/find_and_track.hpp"
 #include "majak/localize/kalman.hpp"
 #include "majak/localize/localizer.hpp"
+#include "majak/localize/monte_carlo.hpp"
 #include "majak/localize/place.hpp"
 #include "majak/localize/tracking.hpp"
 #include "majak/motion/drive_correction.hpp"
@@ -26,6 +27,7 @@ struct LocalizeOptions {
   localize::KalmanOptions kalman;
   localize::TrackingOptions tracking;
   localize::FindOptions find;
+  localize::MonteCarloOptions monte_carlo;
   std::function<double()> clock;  ///< s; the parts of the work are timed by it where it is given
   beacon::ReflectorOptions reflectors;
   beacon::BeaconMap beacons;  ///< where they stand; no option, but an input like the log

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "majak/core/error.hpp"
+#include "tests/support/ascii_map.hpp"
 
 namespace majak::methods {
 namespace {
@@ -17,11 +18,22 @@ TEST(Methods, EveryRowIsComplete) {
     EXPECT_TRUE(names.insert(m.name).second) << m.name << " stands twice";
     for (const char* words : {m.name, m.in_the_thesis, m.needs, m.yields})
       EXPECT_GT(std::string(words).size(), 3U) << m.name;
-    const auto localizer = m.make({});
+    LocalizeOptions options;
+    options.place = localize::place_of(fixture::ascii_map({"#####", "#...#", "#####"}));
+    const auto localizer = m.make(options);
     EXPECT_TRUE(localizer.add && localizer.finish) << m.name;
     EXPECT_TRUE(localizer.finish().estimates.empty()) << m.name << " knows where it is of nothing";
   }
   EXPECT_TRUE(names.count("dead-reckoning"));
+}
+
+TEST(Methods, SayWhenTheyNeedAMap) {
+  for (const char* name : {"tracking", "monte-carlo"}) try {
+      method(name).make({});
+      FAIL() << name;
+    } catch (const Error& e) {
+      EXPECT_EQ(std::string(e.what()), std::string(name) + " needs --map MAP");
+    }
 }
 
 TEST(Methods, AreFoundByName) {
