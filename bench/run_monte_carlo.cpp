@@ -3,10 +3,13 @@
 //   run_monte_carlo global SITE LOG [STARTS]      starts anywhere
 //   run_monte_carlo kidnapped SITE LOG [TIMES]    carried from one place of the log to another
 //   run_monte_carlo log SITE LOG                  the whole log on its own map: false alarms, time
+//   run_monte_carlo simulated [SEEDS]             error against the truth, beside tracking's
+//   run_monte_carlo learn SITE                    beam model and likelihood field of a run
 // The first two cut the run into pieces of 12 m (or as much turning); every other piece makes the
 // map, the robot is localized in the others. A moment counts as right within 0.5 m and 10 degrees.
 #include <fmt/core.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -19,6 +22,11 @@
 #include "majak/io/site_file.hpp"
 #include "majak/io/source.hpp"
 #include "majak/localize/monte_carlo.hpp"
+#include "majak/localize/tracking.hpp"
+#include "majak/match/beam_model.hpp"
+#include "majak/sim/buildings.hpp"
+#include "majak/sim/known_map.hpp"
+#include "majak/sim/simulator.hpp"
 
 namespace {
 
@@ -215,14 +223,78 @@ void along(const Run& run, const localize::PlacePtr& place, const std::vector<bo
       particles / static_cast<std::size_t>(updates));
 }
 
+/// A tour of 100 m through the built-in building, on a map of cells of 2.5 cm.
+void simulated(int seeds) {
+  const sim::World world(sim::building());
+  const sim::Path path = sim::plan_tour(world, {.short_tour = true});
+  const auto place = localize::place_of(sim::known_map(world, 0.025));
+  double way[2] = {}, turn[2] = {}, nees = 0;
+  int n = 0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    localize::MonteCarlo filter(place, {.seed = seed, .start_sigma = 0.1}, path.start);
+    localize::Tracker tracker(place, {}, path.start);
+    localize::ScanFeed feed;
+    std::vector<Pose2> truth;
+    std::size_t i = 0;
+    for (const Event& event : sim::simulate(world, path, {.seed = seed})) {
+      if (const auto* t = std::get_if<Truth>(&event)) truth.push_back(t->T_world_robot);
+      feed.add(event);
+      while (i < truth.size()) {  // a scan's truth comes after it
+        const auto scan = feed.next();
+        if (!scan) break;
+        const Estimate by[2] = {filter.add(*scan), tracker.add(*scan)};
+        const Pose2& real = truth[i++];
+        if (!filter.updated() || filter.updates() < 10) continue;
+        for (int k = 0; k < 2; ++k) {
+          const Pose2 off = between(real, by[k].T_map_robot);
+          way[k] += off.translation().squaredNorm(), turn[k] += off.theta * off.theta;
+        }
+        const Vec3 off(by[0].T_map_robot.x - real.x, by[0].T_map_robot.y - real.y,
+                       angle_diff(by[0].T_map_robot.theta, real.theta));
+        nees += off.dot(by[0].covariance.inverse() * off);
+        ++n;
+      }
+    }
+  }
+  for (int k = 0; k < 2; ++k)
+    fmt::print("{}: {:.4f} m, {:.3f} degrees RMS\n", k == 0 ? "monte-carlo" : "tracking",
+               std::sqrt(way[k] / n), degrees(std::sqrt(turn[k] / n)));
+  fmt::print("monte-carlo: NEES {:.2f} (3), {} updates\n", nees / n, n);
+}
+
+void learn(const Site& site) {
+  const auto place = localize::place_of(site);
+  std::vector<match::BeamPair> pairs;
+  std::vector<double> distances;
+  double reach = 0;
+  for (std::size_t i = 0; i < site.scans.size(); i += 20) {
+    const PosedScan& s = site.scans[i];
+    const match::Beams beams = match::beams(s.scan);
+    reach = beams.max_range;
+    match::expect(beams, place->distances, s.estimate.T_map_robot, pairs);
+    for (std::size_t k = 0; k < beams.returns; ++k)
+      distances.push_back(
+          place->distances.at(s.estimate.T_map_robot * Vec2(beams.x[k], beams.y[k])));
+  }
+  const auto m = match::learn_beam_model(pairs, reach);
+  const auto f = match::learn_likelihood_field(distances);
+  fmt::print(
+      "beam model: hit {:.3f} brief {:.3f} none {:.3f} random {:.3f}, sigma {:.3f} m, rate "
+      "{:.2f} 1/m; field: hit {:.3f}, sigma {:.3f} m; {} beams\n",
+      m.hit, m.brief, m.none, m.random, m.sigma, m.rate, f.hit, f.sigma, pairs.size());
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   try {
-    const std::string task = argc > 3 ? argv[1] : "";
+    const std::string task = argc > 1 ? argv[1] : "";
+    if (task == "simulated") return simulated(argc > 2 ? std::stoi(argv[2]) : 10), 0;
+    if (task == "learn" && argc > 2) return learn(io::read_site(argv[2])), 0;
     const int times = argc > 4 ? std::stoi(argv[4]) : 200;
-    if (task != "global" && task != "kidnapped" && task != "log")
-      throw Error("run_monte_carlo global|kidnapped|log SITE LOG [TIMES]");
+    if ((task != "global" && task != "kidnapped" && task != "log") || argc < 4)
+      throw Error(
+          "run_monte_carlo global|kidnapped|log SITE LOG [TIMES] | simulated [SEEDS] | learn SITE");
     const Run run(argv[2], argv[3]);
     if (task == "global") {
       const auto halves = run.halves();

@@ -23,6 +23,8 @@ const ThesisFigure kFigures[] = {
      figure_triangulation},
     {8, "Kalman filter: prediction by wheels, correction by fixes, and the gain of one number",
      false, figure_kalman},
+    {9, "Monte Carlo localization: particles anywhere, after the first scan, after 15", false,
+     figure_monte_carlo},
     {13, "odometry of a mis-measured robot: true and believed trajectory, error by distance", true,
      figure_drift},
 };

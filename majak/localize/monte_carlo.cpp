@@ -25,7 +25,7 @@ constexpr std::size_t kClusters = 5;
 constexpr double kLeastCluster = 0.05;
 constexpr double kWeak = 0.10;  // m, sigma of a direction from which on it is weak
 
-constexpr double kLeap = 1, kLeapTurn = 0.5;  // m, rad, from where the cloud was expected
+constexpr double kLeap = 1.5, kLeapTurn = 0.6;  // m, rad, from where the cloud was expected
 constexpr double kFound = 0.5;  // weight of a cluster that is likelier than all others
 constexpr double kSlipped = 0.3, kAnywhere = 0.3;  // of new particles
 constexpr double kSearching = 0.1;                 // share of new particles while there is none
@@ -86,6 +86,7 @@ Estimate MonteCarlo::add(const FedScan& scan) {
   find_clusters();
   watch();
   const Estimate now = estimate();
+  if (updates_ == 0 && counted_ == 0 && options_.start_sigma <= 0) return now;  // nothing seen yet
   const std::size_t fresh = fresh_wanted();
   if (fresh > 0 || filter::effective_size(weights_) < 0.5 * static_cast<double>(poses_.size()))
     resample(fresh);
@@ -161,11 +162,13 @@ void MonteCarlo::move() {
 // log p += effective * mean log likelihood of a beam.
 void MonteCarlo::weigh(const Scan& scan) {
   beams_ = match::beams(scan, {.most = options_.beams});
-  if (beams_.returns < kLeastReturns) beams_.returns = 0;
-  const double returns = std::max<double>(1, static_cast<double>(beams_.returns));
-  const double unit = match::LikelihoodField::kUnit * std::min(1.0, options_.effective / returns);
+  counted_ = options_.beam_model ? beams_.size() : beams_.returns;
+  if (beams_.returns < kLeastReturns) counted_ = beams_.returns = 0;
+  const double unit =
+      match::LikelihoodField::kUnit *
+      std::min(1.0, options_.effective / std::max<double>(1, static_cast<double>(counted_)));
   for_blocks([&](std::size_t first, std::size_t last) {
-    place_->likelihood.costs(beams_, poses_, first, last, costs_.data());
+    cost(first, last);
     for (std::size_t i = first; i < last; ++i) {
       const bool floor = place_->known.at(Vec2(poses_.x[i], poses_.y[i])) == map::CellState::free;
       log_weights_[i] -= unit * costs_[i] + (floor ? 0 : options_.off_floor);
@@ -174,12 +177,21 @@ void MonteCarlo::weigh(const Scan& scan) {
   filter::normalise(log_weights_, weights_);
 }
 
+void MonteCarlo::cost(std::size_t first, std::size_t last) {
+  if (!options_.beam_model)
+    return place_->likelihood.costs(beams_, poses_, first, last, costs_.data());
+  for (std::size_t i = first; i < last; ++i) {
+    const Pose2 pose(poses_.x[i], poses_.y[i], std::atan2(poses_.sin[i], poses_.cos[i]));
+    costs_[i] = counted_ > 0 ? match::cost(options_.model, beams_, place_->distances, pose) : 0;
+  }
+}
+
 // How well the scan fits where the particles are believed to be, now and in the mean of before.
 void MonteCarlo::watch() {
-  if (beams_.returns == 0) return;
+  if (counted_ == 0) return;
   double cost = 0;
   for (std::size_t i = 0; i < weights_.size(); ++i) cost += weights_[i] * costs_[i];
-  misfit_ = cost * match::LikelihoodField::kUnit / static_cast<double>(beams_.returns);
+  misfit_ = cost * match::LikelihoodField::kUnit / static_cast<double>(counted_);
   // Means whose first values count in full.
   const auto take = [&](double alpha, double& mean, double& mass) {
     mass += alpha * (1 - mass);
@@ -314,7 +326,8 @@ void MonteCarlo::resample(std::size_t fresh) {
 // Anywhere, about places where the scan fits (each gets as many), and about the estimate, from
 // which the wheels may just have slipped. Those that are elsewhere than the cloud begin lighter.
 void MonteCarlo::draw_fresh(const Scan& scan, std::size_t first) {
-  const auto places = global_.find(scan).places;
+  std::vector<FoundPlace> places;
+  if (options_.proposals) places = global_.find(scan).places;
   const Mat3 least = diagonal(kProposalSigma, kProposalTurn),
              most = diagonal(kProposalMost, kProposalTurnMost).inverse();
   std::vector<Mat3> roots;
@@ -393,6 +406,14 @@ void describe(OptionFields& f, MonteCarloOptions& o) {
   f.add("monte_carlo.particles", o.particles, {"1", "at most", 10, 1e7});
   f.add("monte_carlo.least", o.least, {"1", "particles at least", 10, 1e7});
   f.add("monte_carlo.beams", o.beams, {"1", "of a scan that are looked at", 10, 10000});
+  f.add("monte_carlo.beam_model", o.beam_model,
+        {"", "weigh by the beam model, not by the likelihood field; a hundred times as dear"});
+  f.add("monte_carlo.hit", o.model.hit, {"1", "beam model: share of walls", 0, 1});
+  f.add("monte_carlo.brief", o.model.brief, {"1", "share of what stands in the way", 0, 1});
+  f.add("monte_carlo.none", o.model.none, {"1", "share without return", 0, 1});
+  f.add("monte_carlo.random", o.model.random, {"1", "share of anything at all", 0, 1});
+  f.add("monte_carlo.sigma", o.model.sigma, {"m", "of a wall's range", 0.001, 10});
+  f.add("monte_carlo.rate", o.model.rate, {"1/m", "of what stands in the way", 0.001, 100});
   f.add("monte_carlo.effective", o.effective,
         {"1", "as how many independent beams they count", 1, 1000});
   f.add("monte_carlo.step", o.step, {"m", "driven between two updates", 0, 10});
@@ -412,6 +433,8 @@ void describe(OptionFields& f, MonteCarloOptions& o) {
         {"nat", "a beam, fast by slow mean, from which on new particles join", 0, 10});
   f.add("monte_carlo.lost", o.lost,
         {"nat", "a beam, the same, from which on the robot is lost", 0, 10});
+  f.add("monte_carlo.proposals", o.proposals,
+        {"", "places that fit the scan are among the new particles"});
   f.add("monte_carlo.carried", o.carried,
         {"nat", "an update, against having been carried away", 0, 100});
   f.add("monte_carlo.slip", o.slip, {"m", "how far the wheels may slip in doubt", 0.01, 10});

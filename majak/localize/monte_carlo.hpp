@@ -21,6 +21,7 @@
 #include "majak/localize/place.hpp"
 #include "majak/localize/pose_bins.hpp"
 #include "majak/localize/scan_feed.hpp"
+#include "majak/match/beam_model.hpp"
 #include "majak/match/likelihood_field.hpp"
 
 namespace majak::localize {
@@ -30,6 +31,8 @@ struct MonteCarloOptions {
   int particles = 5000;     ///< at most
   int least = 500;          ///< at least
   int beams = 180;          ///< of a scan that are looked at
+  bool beam_model = false;  ///< weigh by `model`, not by the place's likelihood field
+  match::BeamModel model{};
   double effective = 25;    ///< as how many independent beams they count; neighbours err together
   double step = 0.2;        ///< m driven between two updates
   double step_turn = 0.2;   ///< rad turned, likewise
@@ -43,6 +46,7 @@ struct MonteCarloOptions {
   double alpha_fast = 0.4;     ///< of that of the last few
   double doubt = 0.6;          ///< nat a beam by which the fast mean is suspiciously worse
   double lost = 1.2;           ///< nat a beam from which on the robot is lost
+  bool proposals = true;       ///< places that fit the scan are among the new particles
   double carried = 8;          ///< nat, against having been carried away in one update
   double slip = 0.5;           ///< m, how far the wheels may have slipped where the fit is in doubt
   double slip_turn = 0.2;      ///< rad, the same
@@ -78,6 +82,7 @@ class MonteCarlo {
   void begin(const Scan& scan);
   void move();
   void weigh(const Scan& scan);
+  void cost(std::size_t first, std::size_t last);
   void watch();
   void find_clusters();
   Hypothesis take_cluster(std::size_t seed);
@@ -107,6 +112,7 @@ class MonteCarlo {
   std::vector<std::uint32_t> costs_, chosen_;
   PoseBins bins_;
   match::Beams beams_;
+  std::size_t counted_ = 0;  // beams that say something
   std::vector<Hypothesis> clusters_;
 
   Pose2 T_update_robot_;  // moved since the last update, and how surely

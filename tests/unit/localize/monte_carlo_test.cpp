@@ -94,6 +94,13 @@ TEST(MonteCarlo, FindsItselfFromAnywhere) {
   EXPECT_EQ(all_weight, kStarts);
 }
 
+TEST(MonteCarlo, BeamModelFindsItToo) {
+  MonteCarlo filter(drive().place, {.particles = 800, .beams = 40, .beam_model = true});
+  const std::size_t i = run(filter, 100, 6);
+  EXPECT_TRUE(right(filter.clusters().front().T_map_robot, drive().truth[i]));
+  EXPECT_GT(filter.clusters().front().probability, 0.99);
+}
+
 TEST(MonteCarlo, SaysThatItWasCarriedAwayAndComesBack) {
   const std::size_t n = drive().scans.size();
   for (int k = 0; k < 10; ++k) {
@@ -108,6 +115,24 @@ TEST(MonteCarlo, SaysThatItWasCarriedAwayAndComesBack) {
     EXPECT_TRUE(right(estimates.back().T_map_robot, drive().truth[i])) << k;
     EXPECT_EQ(estimates.back().health, Health::ok) << k;
   }
+}
+
+// The thesis (p. 23) says that the particle filter recovers from this by itself; it does not.
+TEST(MonteCarlo, WithoutNewParticlesItStaysLost) {
+  const std::size_t n = drive().scans.size();
+  int back = 0;
+  for (int k = 0; k < 5; ++k) {
+    MonteCarlo filter(
+        drive().place,
+        {.seed = k, .start_sigma = 0.2, .carried = 1e6, .slip = 0.01, .slip_turn = 0.01},
+        drive().truth.front());
+    run(filter, 0, 10);
+    ASSERT_EQ(filter.clusters().size(), 1U);
+    std::vector<Estimate> estimates;
+    const std::size_t i = run(filter, n / 2 + static_cast<std::size_t>(k) * n / 30, 15, &estimates);
+    back += right(estimates.back().T_map_robot, drive().truth[i]);
+  }
+  EXPECT_EQ(back, 0);
 }
 
 TEST(MonteCarlo, TracksWithFewParticlesAndHonestCovariance) {
