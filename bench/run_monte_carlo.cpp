@@ -224,10 +224,10 @@ void along(const Run& run, const localize::PlacePtr& place, const std::vector<bo
 }
 
 /// A tour of 100 m through the built-in building, on a map of cells of 2.5 cm.
-void simulated(int seeds) {
+void simulated(int seeds, double sigma) {
   const sim::World world(sim::building());
   const sim::Path path = sim::plan_tour(world, {.short_tour = true});
-  const auto place = localize::place_of(sim::known_map(world, 0.025));
+  const auto place = localize::place_of(sim::known_map(world, 0.025), {.sigma = sigma});
   double way[2] = {}, turn[2] = {}, nees = 0;
   int n = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
@@ -256,10 +256,11 @@ void simulated(int seeds) {
       }
     }
   }
+  fmt::print("sigma of the likelihood field {} m\n", sigma);
   for (int k = 0; k < 2; ++k)
-    fmt::print("{}: {:.4f} m, {:.3f} degrees RMS\n", k == 0 ? "monte-carlo" : "tracking",
+    fmt::print("  {}: {:.4f} m, {:.3f} degrees RMS\n", k == 0 ? "monte-carlo" : "tracking",
                std::sqrt(way[k] / n), degrees(std::sqrt(turn[k] / n)));
-  fmt::print("monte-carlo: NEES {:.2f} (3), {} updates\n", nees / n, n);
+  fmt::print("  monte-carlo: NEES {:.2f} (3), {} updates\n", nees / n, n);
 }
 
 void learn(const Site& site) {
@@ -289,7 +290,10 @@ void learn(const Site& site) {
 int main(int argc, char** argv) {
   try {
     const std::string task = argc > 1 ? argv[1] : "";
-    if (task == "simulated") return simulated(argc > 2 ? std::stoi(argv[2]) : 10), 0;
+    if (task == "simulated") {
+      for (const double sigma : {0.1, 0.05}) simulated(argc > 2 ? std::stoi(argv[2]) : 10, sigma);
+      return 0;
+    }
     if (task == "learn" && argc > 2) return learn(io::read_site(argv[2])), 0;
     const int times = argc > 4 ? std::stoi(argv[4]) : 200;
     if ((task != "global" && task != "kidnapped" && task != "log") || argc < 4)
