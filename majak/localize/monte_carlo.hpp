@@ -66,7 +66,9 @@ class MonteCarlo {
 
   // State, for figures and tests.
   const match::PoseArrays& poses() const { return poses_; }
-  const std::vector<double>& weights() const { return weights_; }  ///< of the last update, sum 1
+  const std::vector<double>& weights() const {
+    return weights_;
+  }  ///< of these, sum 1; equal after resampling
   /// Particles that stand together; the heaviest first, until a twentieth is left.
   const std::vector<Hypothesis>& clusters() const { return clusters_; }
   int updates() const { return updates_; }
