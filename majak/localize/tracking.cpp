@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/localize/tracking.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -11,16 +13,43 @@ namespace majak::localize {
 namespace {
 
 constexpr std::size_t kLeastReturns = 10;
-constexpr double kWeak = 0.10;  // m, sigma of a direction from which on it is weak
+constexpr double kWeak = 0.10;        // m, sigma of a direction from which on it is weak
+constexpr double kLongestStep = 1.0;  // s between scans, over which a motion is taken for steady
+constexpr double kTelling = 0.02;     // m, residual at which a pair counts half
+constexpr double kPeriodGain = 0.05;
+constexpr double kBetter = 0.05;        // share of returns by which another pose must fit better
+constexpr double kAllowed = 16;         // squared Mahalanobis distance that is no jump
+constexpr double kContradicted = 0.10;  // share of returns from beyond walls
+constexpr double kWall = 0.4;           // m, by which they must be beyond
+constexpr double kOffsetMemory = 0.95;  // share of what is known that the next scan finds
+constexpr double kSame = 0.15;          // m, rad
+
+Vec3 difference(const Pose2& a, const Pose2& b) {
+  return {a.x - b.x, a.y - b.y, angle_diff(a.theta, b.theta)};
+}
+
+Mat3 start_information(const TrackingOptions& options) {
+  const double t = options.start_sigma, r = options.start_turn;
+  return Vec3(1 / (t * t), 1 / (t * t), 1 / (r * r)).asDiagonal();
+}
+
+// c' (P- - P)^-1 c = c' W c + (W c)' H^-1 (W c), with W and H the informations of prediction and
+// scan; where the scan tells nothing, nothing is corrected either.
+double innovation(const match::PosePrior& prior, const match::Match& match) {
+  const Vec3 pulled = prior.information * difference(match.T_map_robot, prior.T_map_robot);
+  const Mat3 scan = match.information + 1e-3 * prior.information;
+  return difference(match.T_map_robot, prior.T_map_robot).dot(pulled) +
+         pulled.dot(scan.ldlt().solve(pulled));
+}
 
 }  // namespace
 
 Tracker::Tracker(PlacePtr place, const TrackingOptions& options, const Pose2& start)
     : place_(std::move(place)), options_(options) {
   align_.sigma = options.return_sigma;
+  align_.cauchy = kTelling;
   estimate_.T_map_robot = start;
-  const double t = options.start_sigma, r = options.start_turn;
-  covariance_ = Vec3(t * t, t * t, r * r).asDiagonal();
+  covariance_ = start_information(options).inverse();
 }
 
 Estimate Tracker::add(const FedScan& scan) {
@@ -33,6 +62,13 @@ Estimate Tracker::add(const FedScan& scan) {
 void Tracker::move(const FedScan& scan) {
   motion_.T_previous_robot = scan.T_previous_robot;
   motion_.covariance = scan.covariance;
+  twist_ = Vec3::Zero();
+  const double passed = to_seconds(scan.scan.time - estimate_.time);
+  // Stamps that come in bursts tell no velocity, their mean does.
+  if (passed > 0 && passed < kLongestStep) {
+    period_ += (period_ == 0 ? 1 : kPeriodGain) * (passed - period_);
+    twist_ = log(scan.T_previous_robot) / std::max(period_, passed);
+  }
   estimate_.time = scan.scan.time;
 }
 
@@ -50,54 +86,120 @@ void Tracker::predict() {
 }
 
 void Tracker::measure(const FedScan& scan) {
-  points_ = match::scan_points(scan.scan, {}, false, directions_);
+  match::ScanPointsOptions options;
+  options.twist = twist_;
+  options.mirror_turn = options_.mirror_turn;
+  options.range_offset = offset_.offset;
+  laser_ = scan.scan.T_robot_laser.translation();
+  points_ = match::scan_points(scan.scan, options, false, directions_);
 }
 
 Estimate Tracker::correct() {
-  estimate_.T_map_robot = T_map_predicted_;
-  estimate_.health = Health::ok;
-  estimate_.weak_direction = Vec2::Zero();
-  covariance_ = predicted_covariance_;
+  take(T_map_predicted_, predicted_covariance_);
   match_ = {};
   nis_ = 0;
+  jumped_ = false;
   if (points_.size() >= kLeastReturns) {
     const match::PosePrior prior{T_map_predicted_, predicted_covariance_.inverse()};
     match_ = match::align(points_, place_->surfaces, prior, align_);
-    if (match_.score < options_.trusted_score) search_window();
+    if (match_.score < options_.lost_score ||
+        (match_.score < options_.trusted_score && contradicted() > kContradicted))
+      search_window(prior);
+    else
+      told_ = 0;
     poor_ = match_.score < options_.lost_score ? poor_ + 1 : 0;
-    if (poor_ == 0) {
-      estimate_.T_map_robot = match_.T_map_robot;
-      covariance_ = (prior.information + match_.information).inverse();
-      const Vec3 off = match_.T_map_robot.vector() - T_map_predicted_.vector();
-      const Vec3 correction(off.x(), off.y(), wrap_angle(off.z()));
-      nis_ = correction.dot((predicted_covariance_ - covariance_).inverse() * correction);
+    if (poor_ == 0 && !jumped_) {
+      take(match_.T_map_robot, (prior.information + match_.information).inverse());
+      nis_ = innovation(prior, match_);
+      if (match_.score >= options_.trusted_score) learn_offset();
     }
   }
-  Mat3& shown = estimate_.covariance = covariance_;
-  shown.diagonal() += Vec3(options_.map_sigma, options_.map_sigma, options_.map_turn).cwiseAbs2();
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
-  axes.computeDirect(shown.topLeftCorner<2, 2>());
-  if (axes.eigenvalues()(1) > kWeak * kWeak) {
-    estimate_.health = Health::degraded;
-    estimate_.weak_direction = axes.eigenvectors().col(1);
-  }
-  if (poor_ > 0 && poor_ < options_.patience) estimate_.health = Health::degraded;
-  if (poor_ >= options_.patience) estimate_.health = Health::lost;
+  tell(estimate_);
   return estimate_;
 }
 
-// The prediction was no use: the best pose of a whole window, and from there the matching again.
-void Tracker::search_window() {
+// A scalar Kalman filter that forgets: the offset changes with the range, so with the place.
+void Tracker::learn_offset() {
+  if (options_.offset_sigma <= 0) return;
+  const auto seen =
+      match::range_offset(points_, place_->surfaces, estimate_.T_map_robot, laser_, align_);
+  const double least = 1 / (options_.offset_sigma * options_.offset_sigma);
+  const double known = std::max(kOffsetMemory * offset_.information, least);
+  offset_.information = known + seen.information;
+  offset_.offset += seen.information / offset_.information * seen.offset;
+}
+
+void Tracker::take(const Pose2& T_map_robot, const Mat3& covariance) {
+  estimate_.T_map_robot = T_map_robot;
+  covariance_ = covariance;
+}
+
+// What the map and the laser err by from scan to scan alike is told, but not remembered: the next
+// scan does not make it less.
+void Tracker::tell(Estimate& estimate) const {
+  estimate.health = Health::ok;
+  estimate.weak_direction = Vec2::Zero();
+  estimate.covariance = covariance_;
+  estimate.covariance.diagonal() +=
+      Vec3(options_.map_sigma, options_.map_sigma, options_.map_turn).cwiseAbs2();
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+  axes.computeDirect(estimate.covariance.topLeftCorner<2, 2>());
+  if (axes.eigenvalues()(1) > kWeak * kWeak) {
+    estimate.health = Health::degraded;
+    estimate.weak_direction = axes.eigenvectors().col(1);
+  }
+  if (poor_ > 0) estimate.health = poor_ < options_.patience ? Health::degraded : Health::lost;
+}
+
+// The scan fits badly where it was predicted to lie: is there a better pose in a window around? One
+// that the prediction allows for is fused with it. Any other is a jump: someone has carried the
+// robot, or people stand around it and another place looks alike. So the next scans must tell the
+// same, and what was known before is forgotten.
+void Tracker::search_window(const match::PosePrior& prior) {
   const match::LikelihoodPyramid pyramid(place_->surfaces, T_map_predicted_.translation(),
                                          {.max_translation = options_.search_translation});
   const auto found = match::search(points_, pyramid, T_map_predicted_,
                                    {options_.search_translation, options_.search_rotation},
                                    match::likelihood(points_, pyramid, match_.T_map_robot) + 0.02);
-  if (!found) return;
+  if (!found) return void(told_ = 0);
   match::PosePrior loose{found->T_map_robot, Mat3::Zero()};
   loose.information.diagonal() << 100, 100, 100;
-  const match::Match refined = match::align(points_, place_->surfaces, loose, align_);
-  if (refined.score > match_.score + 0.05) match_ = refined;
+  match::Match refined = match::align(points_, place_->surfaces, loose, align_);
+  if (refined.score < match_.score + kBetter) return void(told_ = 0);
+  const Vec3 off = difference(refined.T_map_robot, T_map_predicted_);
+  if (off.dot(prior.information * off) < kAllowed) {
+    told_ = 0;
+    const Mat3 sum = prior.information + refined.information;
+    const Vec3 fused = T_map_predicted_.vector() + sum.ldlt().solve(refined.information * off);
+    match_ = refined;
+    match_.T_map_robot = from_vector(fused);
+  } else if (told_before(refined.T_map_robot) || refined.score >= options_.trusted_score) {
+    told_ = 0;
+    jumped_ = true;
+    match_ = refined;
+    take(refined.T_map_robot, (refined.information + start_information(options_)).inverse());
+  }
+}
+
+// Share of the returns that would have passed through a wall. Those that end before one do not
+// speak against a pose: someone stands there.
+double Tracker::contradicted() const {
+  const Vec2 from = match_.T_map_robot * laser_;
+  int through = 0;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const Vec2 way = match_.T_map_robot * Vec2(points_.x[i], points_.y[i]) - from;
+    const double range = way.norm(), reach = range - kWall;
+    through += reach > 0 && place_->distances.cast(from, way / range, reach) < reach;
+  }
+  return static_cast<double>(through) / static_cast<double>(points_.size());
+}
+
+bool Tracker::told_before(const Pose2& T_map_robot) {
+  const Vec3 off = difference(T_map_robot, rumour_ * motion_.T_previous_robot);
+  const bool same = told_ > 0 && off.head<2>().norm() < kSame && std::abs(off.z()) < kSame;
+  told_ = same ? told_ + 1 : 1;
+  rumour_ = T_map_robot;
+  return told_ >= options_.witnesses;
 }
 
 namespace {
@@ -169,6 +271,11 @@ void describe(OptionFields& f, TrackingOptions& o) {
   f.add("tracking.search_translation", o.search_translation,
         {"m", "half width of that window", 0.1, 8});
   f.add("tracking.search_rotation", o.search_rotation, {"rad", "half width", 0.01, 3.2});
+  f.add("tracking.offset_sigma", o.offset_sigma,
+        {"m", "by how much the laser may read too long", 0, 1});
+  f.add("tracking.witnesses", o.witnesses,
+        {"1", "scans in a row that must tell of a jump", 1, 1000});
+  f.add("tracking.mirror_turn", o.mirror_turn, {"s", "of the laser's mirror, 0: none", 0, 1});
 }
 
 }  // namespace majak::localize

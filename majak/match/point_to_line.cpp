@@ -108,8 +108,10 @@ MAJAK_VECTORIZED void accumulate(const Pairs& p, std::size_t n, float inv_cauchy
 }
 
 NormalEquations collect(const ScanPoints& points, const map::SurfelMap& map, const Pose2& pose,
-                        float gate, float cauchy, Pairs& pairs) {
+                        float gate, const AlignOptions& options, Pairs& pairs) {
   NormalEquations sum;
+  const bool settled = gate <= static_cast<float>(options.final_gate);
+  const auto cauchy = static_cast<float>(settled ? options.cauchy : options.first_cauchy);
   const float inv_cauchy2 = 1.0F / (cauchy * cauchy);
   transform(points, pose, pairs);
   look_up(map, points.size(), gate * gate, inv_cauchy2, pairs, sum);
@@ -171,8 +173,7 @@ Match align(const ScanPoints& points, const map::SurfelMap& map, const PosePrior
   }
   for (match.iterations = 0; match.iterations < options.max_iterations;) {
     ++match.iterations;
-    sum = collect(points, map, match.T_map_robot, static_cast<float>(gate),
-                  static_cast<float>(options.cauchy), pairs);
+    sum = collect(points, map, match.T_map_robot, static_cast<float>(gate), options, pairs);
     if (sum.inliers < 3) break;
     const Mat3 s = without_normal_noise(sum.hessian);
     sum.hessian = s * sum.hessian * s;

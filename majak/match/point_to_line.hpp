@@ -11,13 +11,14 @@ namespace majak::match {
 
 struct AlignOptions {
   int max_iterations = 12;
-  double gate = 0.30;        ///< m, pairs farther apart do not count, first iteration
-  double final_gate = 0.10;  ///< m, the same once the pose has settled
-  double sigma = 0.02;       ///< m, of a return off its surface
-  double cauchy = 0.04;      ///< m, residual at which a pair counts half
-  double full_range = 2.0;   ///< m, a return this far or farther counts fully, a nearer one by the
-                             ///< square of its share
-  double tolerance = 2e-4;   ///< m (and rad times 5 m), a smaller step ends the iteration
+  double gate = 0.30;          ///< m, pairs farther apart do not count, first iteration
+  double final_gate = 0.10;    ///< m, the same once the pose has settled
+  double sigma = 0.02;         ///< m, of a return off its surface
+  double first_cauchy = 0.04;  ///< m, residual at which a pair counts half, first iteration
+  double cauchy = 0.04;        ///< m, the same once the pose has settled
+  double full_range = 2.0;  ///< m, a return this far or farther counts fully, a nearer one by the
+                            ///< square of its share
+  double tolerance = 2e-4;  ///< m (and rad times 5 m), a smaller step ends the iteration
 };
 
 /// What is known before the scan: a pose and its information in the map's axes.

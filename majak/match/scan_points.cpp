@@ -16,18 +16,31 @@ void project(const Scan& scan, const ScanPointsOptions& options, const BeamDirec
   const auto low = static_cast<float>(options.min_range),
              high = static_cast<float>(options.max_range);
   const auto lx = static_cast<float>(scan.T_robot_laser.x),
-             ly = static_cast<float>(scan.T_robot_laser.y);
+             ly = static_cast<float>(scan.T_robot_laser.y),
+             offset = static_cast<float>(options.range_offset);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const float range = scan.ranges[i];
-    points.x[kept] = lx + range * directions.cos[i];
-    points.y[kept] = ly + range * directions.sin[i];
+    points.x[kept] = lx + (range - offset) * directions.cos[i];
+    points.y[kept] = ly + (range - offset) * directions.sin[i];
     beams[kept] = static_cast<int>(i);
     kept += range > low && range < high;  // also false for NaN
   }
   points.x.resize(kept);
   points.y.resize(kept);
   beams.resize(kept);
+}
+
+// To first order: in a turn of the mirror the robot moves by centimetres.
+void undo_motion(const Scan& scan, const ScanPointsOptions& options, const std::vector<int>& beams,
+                 ScanPoints& points) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double t = beam_time(scan, static_cast<std::size_t>(beams[i]), options.mirror_turn);
+    const Vec3 moved = t * options.twist;
+    const double x = points.x[i], y = points.y[i];
+    points.x[i] = static_cast<float>(x + moved.x() - moved.z() * y);
+    points.y[i] = static_cast<float>(y + moved.y() + moved.z() * x);
+  }
 }
 
 struct LineFit {
@@ -55,6 +68,13 @@ void walk(const ScanPoints& points, const std::vector<int>& beams, int i, int di
 
 }  // namespace
 
+double beam_time(const Scan& scan, std::size_t beam, double mirror_turn) {
+  constexpr double kFired = radians(1.0);
+  const auto turns = std::max(1L, std::lround(kFired / std::abs(scan.angle_step)));
+  const auto turn = static_cast<double>(beam % static_cast<std::size_t>(turns));
+  return mirror_turn * (turn + static_cast<double>(beam) * std::abs(scan.angle_step) / (2 * kPi));
+}
+
 void BeamDirections::update(const Scan& scan) {
   const double first = scan.start_angle + scan.T_robot_laser.theta;
   if (start == first && step == scan.angle_step && cos.size() >= scan.ranges.size()) return;
@@ -79,6 +99,7 @@ ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool 
   std::vector<int> beams;
   directions.update(scan);
   project(scan, options, directions, points, beams);
+  if (!options.twist.isZero(0)) undo_motion(scan, options, beams, points);
   if (!with_normals) return points;
 
   const int n = static_cast<int>(points.size());

@@ -30,6 +30,10 @@ struct ScanPointsOptions {
   double normal_window = 0.25;  ///< m, neighbours this near on both sides make the normal
   double point_size = 0.15;     ///< m, a cluster without a surface up to this size is a point
   double max_flatness = 0.35;   ///< rms off the line over rms along it, above which it is no line
+  Vec3 twist = Vec3::Zero();  ///< m/s, m/s, rad/s in the robot's axes while the mirror turned; the
+                              ///< points are then as seen from where beam 0 was fired
+  double mirror_turn = 1.0 / 75;  ///< s, one turn of the mirror
+  double range_offset = 0;        ///< m, taken off every range
 };
 
 /// Where the beams of a scan point to in the robot's frame; kept from scan to scan, because sines
@@ -40,6 +44,10 @@ struct BeamDirections {
 
   void update(const Scan& scan);
 };
+
+/// s after beam 0 at which a beam was fired. A laser fires every degree: a finer scan is put
+/// together from several turns of the mirror.
+double beam_time(const Scan& scan, std::size_t beam, double mirror_turn);
 
 /// Returns of `scan` as points. `with_normals` costs a line fit a point.
 ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool with_normals,
