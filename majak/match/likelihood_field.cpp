@@ -105,7 +105,7 @@ LikelihoodField::LikelihoodField(const map::KnownMap& map, const map::DistanceFi
   const double peak = options.hit / (options.sigma * std::sqrt(2 * std::numbers::pi));
   const double floor = options.random / options.range;
   const auto byte = [&](double distance) {
-    const double d = distance / options.sigma;
+    const double d = std::max(0.0, distance - options.slack) / options.sigma;
     const double p = (peak * std::exp(-d * d / 2) + floor) / (peak + floor);
     return static_cast<std::uint8_t>(std::min(255.0, std::round(-std::log(p) / kUnit)));
   };

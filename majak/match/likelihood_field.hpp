@@ -22,6 +22,7 @@ struct LikelihoodFieldOptions {
   double hit = 0.8;     ///< share of returns that come from what is on the map
   double random = 0.2;  ///< share that comes from anywhere
   double range = 10;    ///< m, over which those are spread
+  double slack = 0;     ///< m, forgiven to each return: a bound for all places that near
 };
 
 /// Poses as arrays, map frame.

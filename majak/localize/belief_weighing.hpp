@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// BeliefWeighing: P(s | l) of a scan for all cells of a belief, coarse to fine. Blocks of 4 x 4
+// cells are bounded first: no cell in one can fit better than the block's middle does where each
+// return is forgiven the way from there. Cells are looked at one by one only in blocks that may
+// matter by that bound; the others keep it. So nothing is ever weighed down too far.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "majak/filter/pose_histogram.hpp"
+#include "majak/localize/place.hpp"
+#include "majak/match/beams.hpp"
+
+namespace majak::localize {
+
+struct BeliefWeighingOptions {
+  double effective = 15;   ///< beams that err by themselves; neighbours err together
+  double elsewhere = 0.5;  ///< mean likelihood of a beam, taken for what is not looked at
+};
+
+struct Weighed {
+  double elsewhere = 1;               ///< what the probability of cells not looked at was times
+  std::size_t blocks = 0, cells = 0;  ///< bounded, and looked at one by one
+};
+
+class BeliefWeighing {
+ public:
+  BeliefWeighing(PlacePtr place, std::shared_ptr<const filter::PoseLattice> lattice,
+                 const BeliefWeighingOptions& options);
+
+  /// Bel = P(s | l) Bel-, up to a factor. Cells below `least` times the largest before, and blocks
+  /// that cannot come to `share` of the largest after, are not looked at.
+  Weighed weigh(filter::PoseHistogram& belief, const match::Beams& beams, double least,
+                double share, Threads threads = {}) const;
+
+ private:
+  struct Block;
+  std::vector<Block> blocks_that_matter(const filter::PoseHistogram& belief,
+                                        const std::vector<std::size_t>& held, double least,
+                                        Threads threads) const;
+  void place(match::PoseArrays& poses, std::size_t i, const Vec2& at, int heading) const;
+
+  PlacePtr place_;
+  std::shared_ptr<const filter::PoseLattice> lattice_;
+  BeliefWeighingOptions options_;
+  match::LikelihoodField coarse_;
+  std::vector<float> cos_, sin_;  // of each heading
+};
+
+}  // namespace majak::localize
