@@ -199,8 +199,12 @@ void PoseHistogram::scale(double factor) {
 
 double PoseHistogram::mass() const {
   double sum = 0;
-  for (const std::vector<float>& tile : tiles_)
-    sum = std::accumulate(tile.begin(), tile.end(), sum);
+  for (const std::vector<float>& tile : tiles_) {
+    double lanes[kSide] = {};  // added up side by side
+    for (std::size_t c = 0; c < tile.size(); c += kSide)
+      for (std::size_t k = 0; k < kSide; ++k) lanes[k] += tile[c + k];
+    sum = std::accumulate(lanes, lanes + kSide, sum);
+  }
   return sum;
 }
 

@@ -58,8 +58,9 @@ struct BeliefWeighing::Block {
   std::uint32_t tile;
   std::uint16_t heading;
   std::uint8_t quarter;
-  float prior;  // of its likeliest cell
-  std::uint32_t cost = 0;
+  float prior;             // of its likeliest cell
+  std::uint32_t cost = 0;  // no cell of it has less
+  float bound = 0;         // log of what its likeliest cell comes to at most
 };
 
 BeliefWeighing::BeliefWeighing(PlacePtr place, std::shared_ptr<const PoseLattice> lattice,
@@ -135,9 +136,12 @@ Weighed BeliefWeighing::weigh(filter::PoseHistogram& belief, const match::Beams&
             b.heading);
     }
     coarse_.costs(beams, poses, 0, n, costs.data());
-    for (std::size_t i = 0; i < n; ++i) blocks[begin + i].cost = costs[i];
+    for (std::size_t i = 0; i < n; ++i) {
+      Block& b = blocks[begin + i];
+      b.cost = costs[i];
+      b.bound = static_cast<float>(std::log(b.prior) - nat * b.cost);
+    }
   });
-  const auto bound_of = [&](const Block& b) { return std::log(b.prior) - nat * b.cost; };
 
   // Cells one by one.
   const auto look_at = [&](const std::vector<const Block*>& some, std::vector<std::size_t>& cells,
@@ -168,7 +172,7 @@ Weighed BeliefWeighing::weigh(filter::PoseHistogram& belief, const match::Beams&
   const std::size_t few = std::min(kReference, order.size());
   std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(few), order.end(),
                     [&](std::size_t a, std::size_t b) {
-                      const double x = bound_of(blocks[a]), y = bound_of(blocks[b]);
+                      const float x = blocks[a].bound, y = blocks[b].bound;
                       return x != y ? x > y : a < b;
                     });
   double best = -std::numeric_limits<double>::infinity();
@@ -201,7 +205,7 @@ Weighed BeliefWeighing::weigh(filter::PoseHistogram& belief, const match::Beams&
     std::vector<const Block*> fine;
     for (std::size_t i = first[t]; i < first[t + 1]; ++i) {
       const Block& b = blocks[i];
-      if (bound_of(b) >= limit) {
+      if (b.bound >= limit) {
         fine.push_back(&b);
         continue;
       }

@@ -16,7 +16,7 @@ using filter::PoseLattice;
 constexpr std::size_t kLeastReturns = 10;
 constexpr double kNearby = 0.5, kNearbyTurn = radians(12);  // m, rad; about the mode
 constexpr double kWeak = 0.30;                              // m, sigma of a weak direction
-constexpr double kSpread = 1.0, kSpreadTurn = 0.5;          // m, rad; more is as good as anywhere
+constexpr double kSpread = 0.5, kSpreadTurn = 0.3;          // m, rad; more is as good as anywhere
 
 std::shared_ptr<const PoseLattice> lattice_of(const map::KnownMap& map, const MarkovOptions& o) {
   const auto cells = [&](int n) {
@@ -53,7 +53,7 @@ Markov::Markov(PlacePtr place, const MarkovOptions& options, Threads threads)
 Estimate Markov::add(const FedScan& fed) {
   pending_ = pending_.then({fed.T_previous_robot, fed.covariance});
   if (updates_ == 0 || worth_an_update(fed)) {
-    move();
+    if (updates_ > 0) move();
     see(fed.scan);
     lay_to_rest();
     if (resting() > options_.wake) wake();
@@ -75,22 +75,23 @@ bool Markov::worth_an_update(const FedScan& fed) const {
          (!fed.by_wheels && spread >= options_.motion_step);
 }
 
-// Bel-(l) = sum over l' of P(l | a, l') Bel(l').
+// Bel-(l) = sum over l' of P(l | a, l') Bel(l'). Into walls nobody moves: what did is shared out.
+// What rests and is less likely than that the robot was just carried away needs no memory.
 void Markov::move() {
   const double before = belief_.mass();
   belief_.move(pending_, threads_);
+  const double after = belief_.mass(), stays = after > 0 ? (1 - options_.carried) * before : 0;
+  if (after > 0) belief_.scale(stays / after);
+  anywhere_ += before - stays;
   for (Rest& rest : resting_) {
     rest.since = rest.since.then(pending_);
     const Mat3& c = rest.since.covariance;
-    if (std::max(c(0, 0), c(1, 1)) > kSpread * kSpread || c(2, 2) > kSpreadTurn * kSpreadTurn)
+    if (rest.mass < options_.carried || std::max(c(0, 0), c(1, 1)) > kSpread * kSpread ||
+        c(2, 2) > kSpreadTurn * kSpreadTurn)
       anywhere_ += std::exchange(rest.mass, 0);
   }
   std::erase_if(resting_, [](const Rest& rest) { return rest.mass == 0; });
   pending_ = {};
-  // Into walls nobody moves; what did is shared out. All of it: then only anywhere is left.
-  const double after = belief_.mass(), stays = (1 - options_.carried) * before;
-  if (after > 0) belief_.scale(stays / after);
-  anywhere_ += after > 0 ? before - stays : before;
 }
 
 // Bel(l) = alpha P(s | l) Bel-(l).
