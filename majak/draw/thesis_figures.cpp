@@ -25,6 +25,8 @@ const ThesisFigure kFigures[] = {
      false, figure_kalman},
     {9, "Monte Carlo localization: particles anywhere, after the first scan, after 15", false,
      figure_monte_carlo},
+    {10, "Markov localization in a corridor: sees a door, moves, sees a door again", false,
+     figure_markov},
     {13, "odometry of a mis-measured robot: true and believed trajectory, error by distance", true,
      figure_drift},
 };

@@ -17,8 +17,8 @@
 namespace majak::localize {
 
 struct BeliefWeighingOptions {
-  double effective = 15;   ///< beams that err by themselves; neighbours err together
-  double elsewhere = 0.5;  ///< mean likelihood of a beam, taken for what is not looked at
+  double effective = 15;    ///< beams that err by themselves; neighbours err together
+  double elsewhere = 0.35;  ///< mean likelihood of a beam, taken for what is not looked at
 };
 
 struct Weighed {

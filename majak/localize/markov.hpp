@@ -32,10 +32,10 @@ struct MarkovOptions {
   int beams = 90;                      ///< of a scan
   double effective = 15;               ///< of these, that err by themselves
   double share = 1e-4;                 ///< cells below this times the largest are not looked at
-  double elsewhere = 0.33;  ///< mean likelihood of a beam, taken for what is not looked at
-  double carried = 1e-4;   ///< probability a step that the robot was carried away
-  double wake = 0.3;       ///< probability of what rests from which on all are woken
-  double sure = 0.9;       ///< probability about the likeliest pose from which on it is sure
+  double elsewhere = 0.35;  ///< mean likelihood of a beam, taken for what is not looked at
+  double carried = 1e-4;    ///< probability a step that the robot was carried away
+  double wake = 0.3;        ///< probability of what rests from which on all are woken
+  double sure = 0.9;        ///< probability about the likeliest pose from which on it is sure
 };
 void describe(OptionFields& fields, MarkovOptions& options);
 

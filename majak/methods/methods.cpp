@@ -62,6 +62,10 @@ const Method kMethods[] = {
      "trajectory with covariance, from no start at all",
      [](const LocalizeOptions& o) {
        return localize::monte_carlo(place_of(o, "monte-carlo"), o.monte_carlo, o.start);
+    {"markov", "Markov localization, p. 24", "--map MAP, scans; odometry helps",
+     "trajectory with covariance, from anywhere and without a start",
+     [](const LocalizeOptions& o) {
+       return localize::markov(place_of(o, "markov"), o.markov, o.clock);
      }},
 };
 
@@ -76,6 +80,7 @@ void describe(OptionFields& fields, LocalizeOptions& o) {
   localize::describe(fields, o.tracking);
   localize::describe(fields, o.find);
   localize::describe(fields, o.monte_carlo);
+  localize::describe(fields, o.markov);
   fields.add("reflectors.threshold", o.reflectors.threshold,
              {"raw units", "least intensity of a reflector; 0: from the scan itself", 0, 1e9});
   fields.add("reflectors.contrast", o.reflectors.contrast,

@@ -14,6 +14,7 @@
 #include "majak/localize/kalman.hpp"
 #include "majak/localize/localizer.hpp"
 #include "majak/localize/monte_carlo.hpp"
+#include "majak/localize/markov.hpp"
 #include "majak/localize/place.hpp"
 #include "majak/localize/tracking.hpp"
 #include "majak/motion/drive_correction.hpp"
@@ -28,6 +29,7 @@ struct LocalizeOptions {
   localize::TrackingOptions tracking;
   localize::FindOptions find;
   localize::MonteCarloOptions monte_carlo;
+  localize::MarkovOptions markov;
   std::function<double()> clock;  ///< s; the parts of the work are timed by it where it is given
   beacon::ReflectorOptions reflectors;
   beacon::BeaconMap beacons;  ///< where they stand; no option, but an input like the log
