@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Figure 10 of the thesis: Markov localization in a corridor with three doors that look alike.
+// Figure 10 of the thesis: Markov localization in a corridor with three doors that look alike. It
+// runs round a house: its end is where it begins.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -48,14 +49,15 @@ Panel panel_of(const Box& place, const std::string& title, const filter::Histogr
 }  // namespace
 
 Figure figure_markov(const std::vector<Event>&) {
-  Figure figure{.width = 900,
-                .height = 1000,
-                .title = "Markov localization: a corridor with three doors that look alike"};
+  Figure figure{
+      .width = 900,
+      .height = 1000,
+      .title = "Markov localization: a corridor round a house, with three doors that look alike"};
   const Box whole = figure.whole();
   const double height = whole.height / 5;
   std::vector<double> door(kCells, kWrong);
   for (const int first : kDoors) std::fill_n(door.begin() + first, kDoor, kRight);
-  filter::Histogram belief = filter::Histogram::uniform(kCells, false);
+  filter::Histogram belief = filter::Histogram::uniform(kCells, true);
   double robot = kAtDoor;
   const auto show = [&](const char* title) {
     const double top = whole.top + height * static_cast<double>(figure.panels.size());

@@ -13,7 +13,8 @@ namespace {
 
 std::vector<double> belief(std::size_t panel) {
   std::vector<double> p;
-  for (const Mark& mark : figure_markov({}).panels.at(panel).marks)
+  const Panel shown = figure_markov({}).panels.at(panel);
+  for (const Mark& mark : shown.marks)
     if (const auto* line = std::get_if<Polyline>(&mark); line && line->points.size() > 100)
       for (std::size_t i = 1; i + 1 < line->points.size(); i += 2) p.push_back(line->points[i].y);
   return p;
