@@ -64,10 +64,10 @@ struct BeliefWeighing::Block {
 };
 
 BeliefWeighing::BeliefWeighing(PlacePtr place, std::shared_ptr<const PoseLattice> lattice,
-                               const BeliefWeighingOptions& options)
+                               double effective)
     : place_(std::move(place)),
       lattice_(std::move(lattice)),
-      options_(options),
+      effective_(effective),
       coarse_(bounds(*place_, *lattice_)) {
   for (int h = 0; h < lattice_->headings; ++h) {
     cos_.push_back(static_cast<float>(std::cos(lattice_->heading(h))));
@@ -114,11 +114,11 @@ std::vector<BeliefWeighing::Block> BeliefWeighing::blocks_that_matter(
 }
 
 Weighed BeliefWeighing::weigh(filter::PoseHistogram& belief, const match::Beams& beams,
-                              double least, double share, Threads threads) const {
+                              const Look& look, Threads threads) const {
   const std::vector<std::size_t> held = belief.held();
-  std::vector<Block> blocks = blocks_that_matter(belief, held, least, threads);
+  std::vector<Block> blocks = blocks_that_matter(belief, held, look.least, threads);
   if (blocks.empty() || beams.returns == 0) return {};
-  const double nat = options_.effective * match::LikelihoodField::kUnit /
+  const double nat = effective_ * match::LikelihoodField::kUnit /
                      static_cast<double>(beams.returns);  // of a unit of cost
 
   // Bounds.
@@ -193,12 +193,14 @@ Weighed BeliefWeighing::weigh(filter::PoseHistogram& belief, const match::Beams&
         std::exp(nat * (static_cast<double>(reference) - static_cast<double>(cost))));
   };
   Weighed done;
-  done.elsewhere = std::exp(nat * reference + options_.effective * std::log(options_.elsewhere));
+  done.best = nat * reference / effective_;
+  done.elsewhere = std::exp(effective_ * (done.best - look.elsewhere));
+  if (look.least == 0) done.elsewhere = std::min(done.elsewhere, 1.0);  // all is looked at
   done.blocks = blocks.size();
   std::vector<std::size_t> first(held.size() + 1), looked_at(held.size());
   for (const Block& b : blocks) ++first[b.tile + 1];
   for (std::size_t t = 0; t < held.size(); ++t) first[t + 1] += first[t];
-  const double limit = best + std::log(share);
+  const double limit = best + std::log(look.share);
   parallel_for(threads, held.size(), [&](std::size_t t) {
     std::vector<float>& p = belief.tile(held[t]);
     std::vector<float> times(p.size(), static_cast<float>(done.elsewhere));

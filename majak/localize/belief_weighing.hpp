@@ -16,25 +16,28 @@
 
 namespace majak::localize {
 
-struct BeliefWeighingOptions {
-  double effective = 15;    ///< beams that err by themselves; neighbours err together
-  double elsewhere = 0.35;  ///< mean likelihood of a beam, taken for what is not looked at
+/// What is looked at, and what is taken for the rest.
+struct Look {
+  double least = 0;        ///< cells below this times the largest before are not looked at; 0: all
+  double share = 1e-4;     ///< blocks that cannot come to this times the largest after are not
+  double elsewhere = 1.0;  ///< nat, mean cost of a beam where nobody looks
 };
 
 struct Weighed {
+  double best = 0;                    ///< nat, mean cost of a beam at what is then likeliest
   double elsewhere = 1;               ///< what the probability of cells not looked at was times
   std::size_t blocks = 0, cells = 0;  ///< bounded, and looked at one by one
 };
 
 class BeliefWeighing {
  public:
+  /// effective: beams of a scan that err by themselves; neighbours err together.
   BeliefWeighing(PlacePtr place, std::shared_ptr<const filter::PoseLattice> lattice,
-                 const BeliefWeighingOptions& options);
+                 double effective);
 
-  /// Bel = P(s | l) Bel-, up to a factor. Cells below `least` times the largest before, and blocks
-  /// that cannot come to `share` of the largest after, are not looked at.
-  Weighed weigh(filter::PoseHistogram& belief, const match::Beams& beams, double least,
-                double share, Threads threads = {}) const;
+  /// Bel = P(s | l) Bel-, up to a factor.
+  Weighed weigh(filter::PoseHistogram& belief, const match::Beams& beams, const Look& look,
+                Threads threads = {}) const;
 
  private:
   struct Block;
@@ -45,7 +48,7 @@ class BeliefWeighing {
 
   PlacePtr place_;
   std::shared_ptr<const filter::PoseLattice> lattice_;
-  BeliefWeighingOptions options_;
+  double effective_;
   match::LikelihoodField coarse_;
   std::vector<float> cos_, sin_;  // of each heading
 };

@@ -45,8 +45,9 @@ Markov::Markov(PlacePtr place, const MarkovOptions& options, Threads threads)
       options_(options),
       threads_(threads),
       lattice_(lattice_of(place_->known, options)),
-      weighing_(place_, lattice_, {options.effective, options.elsewhere}),
-      belief_(lattice_) {
+      weighing_(place_, lattice_, options.effective),
+      belief_(lattice_),
+      elsewhere_(-std::log(options.elsewhere)) {
   belief_.add_uniform(1);
 }
 
@@ -98,7 +99,11 @@ void Markov::move() {
 void Markov::see(const Scan& scan) {
   const match::Beams beams = match::beams(scan, {.most = options_.beams});
   if (beams.returns < kLeastReturns) return;
-  weighed_ = weighing_.weigh(belief_, beams, all_ ? 0 : options_.share, options_.share, threads_);
+  weighed_ = weighing_.weigh(belief_, beams,
+                             {all_ ? 0 : options_.share, options_.share, elsewhere_}, threads_);
+  // Where the whole map has nothing better to tell, there is no use in waking for it.
+  const double usual = -std::log(options_.elsewhere);
+  if (all_ || weighed_.best < usual) elsewhere_ = std::max(usual, weighed_.best);
   all_ = false;
   anywhere_ *= weighed_.elsewhere;
   for (Rest& rest : resting_) rest.mass *= weighed_.elsewhere;
@@ -200,7 +205,10 @@ Estimate Markov::about_the_mode() const {
                   mean);
   e.covariance = squares / mass - mean * mean.transpose();
   e.covariance.diagonal() += size.cwiseAbs2() / 12;  // within a cell
-  e.health = mass >= options_.sure ? Health::ok : mass >= 0.5 ? Health::degraded : Health::lost;
+  const bool fits = weighed_.best < -std::log(options_.elsewhere);
+  e.health = mass < 0.5                      ? Health::lost
+             : mass < options_.sure || !fits ? Health::degraded
+                                             : Health::ok;
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
   axes.computeDirect(e.covariance.topLeftCorner<2, 2>());
   if (axes.eigenvalues()(1) > kWeak * kWeak && e.health != Health::lost) {

@@ -6,7 +6,8 @@
 // Selective update: once most of the belief stands in a few tiles, only these are moved and
 // weighed. The others rest: they keep their belief, remember how the robot has moved since, and are
 // scaled by one likelihood together. Where the tiles awake explain the scans worse than that, the
-// resting ones gain, and all are woken.
+// resting ones gain, and all are woken; unless the last look at all of the map found nothing
+// better.
 #pragma once
 
 #include <cstddef>
@@ -74,6 +75,7 @@ class Markov {
   filter::PoseHistogram belief_;
   std::vector<Rest> resting_;
   double anywhere_ = 0;  // probability of a robot that was carried to no one knows where
+  double elsewhere_;     // nat, mean cost of a beam where nobody looks
   bool all_ = true;      // the next scan is held against all cells
   filter::PoseMotion pending_;
   Estimate estimate_;  // at the last update
