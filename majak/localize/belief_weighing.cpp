@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <tuple>
 #include <utility>
 
 namespace majak::localize {
@@ -61,6 +61,10 @@ struct BeliefWeighing::Block {
   float prior;             // of its likeliest cell
   std::uint32_t cost = 0;  // no cell of it has less
   float bound = 0;         // log of what its likeliest cell comes to at most
+
+  bool before(const Block& o) const {
+    return std::tie(tile, heading, quarter) < std::tie(o.tile, o.heading, o.quarter);
+  }
 };
 
 BeliefWeighing::BeliefWeighing(PlacePtr place, std::shared_ptr<const PoseLattice> lattice,
@@ -113,15 +117,10 @@ std::vector<BeliefWeighing::Block> BeliefWeighing::blocks_that_matter(
   return blocks;
 }
 
-Weighed BeliefWeighing::weigh(filter::PoseHistogram& belief, const match::Beams& beams,
-                              const Look& look, Threads threads) const {
-  const std::vector<std::size_t> held = belief.held();
-  std::vector<Block> blocks = blocks_that_matter(belief, held, look.least, threads);
-  if (blocks.empty() || beams.returns == 0) return {};
-  const double nat = effective_ * match::LikelihoodField::kUnit /
-                     static_cast<double>(beams.returns);  // of a unit of cost
-
-  // Bounds.
+// No cell of a block has less cost than its middle where each return is forgiven the way there.
+void BeliefWeighing::bound(std::vector<Block>& blocks, const std::vector<std::size_t>& held,
+                           const match::Beams& beams, double nat, Threads threads) const {
+  constexpr double kMiddle = (kBlock - 1) / 2.0;
   parallel_for(threads, (blocks.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
     const std::size_t begin = chunk * kChunk, n = std::min(kChunk, blocks.size() - begin);
     match::PoseArrays poses;
@@ -129,11 +128,8 @@ Weighed BeliefWeighing::weigh(filter::PoseHistogram& belief, const match::Beams&
     std::vector<std::uint32_t> costs(n);
     for (std::size_t i = 0; i < n; ++i) {
       const Block& b = blocks[begin + i];
-      const double half = (kBlock - 1) / 2.0;
-      place(poses, i,
-            lattice_->corner(held[b.tile]) +
-                lattice_->cell * Vec2(b.quarter % 2 * kBlock + half, b.quarter / 2 * kBlock + half),
-            b.heading);
+      const Vec2 middle(b.quarter % 2 * kBlock + kMiddle, b.quarter / 2 * kBlock + kMiddle);
+      place(poses, i, lattice_->corner(held[b.tile]) + lattice_->cell * middle, b.heading);
     }
     coarse_.costs(beams, poses, 0, n, costs.data());
     for (std::size_t i = 0; i < n; ++i) {
@@ -142,86 +138,91 @@ Weighed BeliefWeighing::weigh(filter::PoseHistogram& belief, const match::Beams&
       b.bound = static_cast<float>(std::log(b.prior) - nat * b.cost);
     }
   });
+}
 
-  // Cells one by one.
-  const auto look_at = [&](const std::vector<const Block*>& some, std::vector<std::size_t>& cells,
-                           std::vector<std::uint32_t>& costs) {
-    cells.clear();
-    for (const Block* b : some) {
-      const std::size_t from = b->heading * PoseLattice::kSlice;
-      each_cell(b->quarter, [&](std::size_t c) {
-        if (belief.tile(held[b->tile])[from + c] > 0) cells.push_back(from + c);
-      });
-    }
-    match::PoseArrays poses;
-    poses.resize(cells.size());
-    costs.resize(cells.size());
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      const std::size_t c = cells[i] % PoseLattice::kSlice;
-      place(poses, i,
-            lattice_->corner(held[some.front()->tile]) +
-                lattice_->cell * Vec2(c % PoseLattice::kSide, c / PoseLattice::kSide),
-            static_cast<int>(cells[i] / PoseLattice::kSlice));
-    }
-    place_->likelihood.costs(beams, poses, 0, poses.size(), costs.data());
-  };
+// Blocks of one tile, cell by cell.
+BeliefWeighing::Cells BeliefWeighing::look_at(const std::vector<float>& belief, std::size_t tile,
+                                              const std::vector<Block>& blocks,
+                                              const match::Beams& beams) const {
+  Cells cells;
+  for (const Block& b : blocks)
+    each_cell(b.quarter, [&](std::size_t c) {
+      const std::size_t at = b.heading * PoseLattice::kSlice + c;
+      if (belief[at] > 0) cells.at.push_back(at);
+    });
+  match::PoseArrays poses;
+  poses.resize(cells.at.size());
+  cells.cost.resize(cells.at.size());
+  for (std::size_t i = 0; i < cells.at.size(); ++i) {
+    const std::size_t c = cells.at[i] % PoseLattice::kSlice;
+    place(poses, i,
+          lattice_->corner(tile) +
+              lattice_->cell * Vec2(c % PoseLattice::kSide, c / PoseLattice::kSide),
+          static_cast<int>(cells.at[i] / PoseLattice::kSlice));
+  }
+  place_->likelihood.costs(beams, poses, 0, poses.size(), cells.cost.data());
+  return cells;
+}
 
-  // What the best comes to about: from the most promising blocks.
-  std::vector<std::size_t> order(blocks.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  const std::size_t few = std::min(kReference, order.size());
-  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(few), order.end(),
-                    [&](std::size_t a, std::size_t b) {
-                      const float x = blocks[a].bound, y = blocks[b].bound;
-                      return x != y ? x > y : a < b;
+// What the best comes to about: the best cell of the most promising blocks.
+BeliefWeighing::Best BeliefWeighing::best_of(const filter::PoseHistogram& belief,
+                                             const std::vector<std::size_t>& held,
+                                             std::vector<Block> blocks, const match::Beams& beams,
+                                             double nat) const {
+  const std::size_t few = std::min(kReference, blocks.size());
+  std::partial_sort(blocks.begin(), blocks.begin() + static_cast<std::ptrdiff_t>(few), blocks.end(),
+                    [](const Block& a, const Block& b) {
+                      return a.bound != b.bound ? a.bound > b.bound : a.before(b);
                     });
-  double best = -std::numeric_limits<double>::infinity();
-  std::uint32_t reference = 0;
-  std::vector<std::size_t> cells;
-  std::vector<std::uint32_t> costs;
+  Best best;
   for (std::size_t i = 0; i < few; ++i) {
-    const Block& b = blocks[order[i]];
-    look_at({&b}, cells, costs);
-    for (std::size_t k = 0; k < cells.size(); ++k) {
-      const double log_p = std::log(belief.tile(held[b.tile])[cells[k]]) - nat * costs[k];
-      if (log_p > best) best = log_p, reference = costs[k];
+    const std::size_t tile = held[blocks[i].tile];
+    const Cells cells = look_at(belief.tile(tile), tile, {blocks[i]}, beams);
+    for (std::size_t k = 0; k < cells.at.size(); ++k) {
+      const double log_p = std::log(belief.tile(tile)[cells.at[k]]) - nat * cells.cost[k];
+      if (log_p > best.log_p) best = {log_p, cells.cost[k]};
     }
   }
+  return best;
+}
 
-  const auto likelihood = [&](std::uint32_t cost) {
+Weighed BeliefWeighing::weigh(filter::PoseHistogram& belief, const match::Beams& beams,
+                              const Look& look, Threads threads) const {
+  const std::vector<std::size_t> held = belief.held();
+  std::vector<Block> blocks = blocks_that_matter(belief, held, look.least, threads);
+  if (blocks.empty() || beams.returns == 0) return {};
+  const double nat = effective_ * match::LikelihoodField::kUnit /
+                     static_cast<double>(beams.returns);  // of a unit of cost
+  bound(blocks, held, beams, nat, threads);
+  const Best best = best_of(belief, held, blocks, beams, nat);
+  const double limit = best.log_p + std::log(look.share);
+  const auto likelihood = [&](std::uint32_t cost) {  // against that of the best
     return static_cast<float>(
-        std::exp(nat * (static_cast<double>(reference) - static_cast<double>(cost))));
+        std::exp(nat * (static_cast<double>(best.cost) - static_cast<double>(cost))));
   };
   Weighed done;
-  done.best = nat * reference / effective_;
+  done.best = nat * best.cost / effective_;
   done.elsewhere = std::exp(effective_ * (done.best - look.elsewhere));
   if (look.least == 0) done.elsewhere = std::min(done.elsewhere, 1.0);  // all is looked at
   done.blocks = blocks.size();
-  std::vector<std::size_t> first(held.size() + 1), looked_at(held.size());
+  std::vector<std::size_t> first(held.size() + 1), looked_at(held.size());  // of each tile
   for (const Block& b : blocks) ++first[b.tile + 1];
   for (std::size_t t = 0; t < held.size(); ++t) first[t + 1] += first[t];
-  const double limit = best + std::log(look.share);
   parallel_for(threads, held.size(), [&](std::size_t t) {
     std::vector<float>& p = belief.tile(held[t]);
     std::vector<float> times(p.size(), static_cast<float>(done.elsewhere));
-    std::vector<const Block*> fine;
+    std::vector<Block> fine;
     for (std::size_t i = first[t]; i < first[t + 1]; ++i) {
       const Block& b = blocks[i];
-      if (b.bound >= limit) {
-        fine.push_back(&b);
-        continue;
-      }
       const float most = likelihood(b.cost);
       each_cell(b.quarter,
                 [&](std::size_t c) { times[b.heading * PoseLattice::kSlice + c] = most; });
+      if (b.bound >= limit) fine.push_back(b);
     }
-    if (!fine.empty()) {
-      std::vector<std::size_t> at;
-      std::vector<std::uint32_t> cost;
-      look_at(fine, at, cost);
-      for (std::size_t k = 0; k < at.size(); ++k) times[at[k]] = likelihood(cost[k]);
-      looked_at[t] = at.size();
-    }
+    const Cells cells = look_at(p, held[t], fine, beams);
+    for (std::size_t k = 0; k < cells.at.size(); ++k)
+      times[cells.at[k]] = likelihood(cells.cost[k]);
+    looked_at[t] = cells.at.size();
     for (std::size_t c = 0; c < p.size(); ++c) p[c] *= times[c];
   });
   for (const std::size_t n : looked_at) done.cells += n;

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -41,9 +42,24 @@ class BeliefWeighing {
 
  private:
   struct Block;
+  /// Cells of a tile, and what the scan costs there.
+  struct Cells {
+    std::vector<std::size_t> at;
+    std::vector<std::uint32_t> cost;
+  };
+  struct Best {
+    double log_p = -std::numeric_limits<double>::infinity();
+    std::uint32_t cost = 0;
+  };
   std::vector<Block> blocks_that_matter(const filter::PoseHistogram& belief,
                                         const std::vector<std::size_t>& held, double least,
                                         Threads threads) const;
+  void bound(std::vector<Block>& blocks, const std::vector<std::size_t>& held,
+             const match::Beams& beams, double nat, Threads threads) const;
+  Cells look_at(const std::vector<float>& belief, std::size_t tile,
+                const std::vector<Block>& blocks, const match::Beams& beams) const;
+  Best best_of(const filter::PoseHistogram& belief, const std::vector<std::size_t>& held,
+               std::vector<Block> blocks, const match::Beams& beams, double nat) const;
   void place(match::PoseArrays& poses, std::size_t i, const Vec2& at, int heading) const;
 
   PlacePtr place_;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "majak/filter/pose_histogram.hpp"
+#include "majak/motion/path_uncertainty.hpp"
 
 namespace majak::localize {
 namespace {
@@ -64,6 +64,11 @@ Estimate Markov::add(const FedScan& fed) {
   Estimate now = estimate_;
   now.time = fed.scan.time;
   now.T_map_robot = estimate_.T_map_robot * pending_.T_from_to;
+  Mat3 swing = Mat3::Identity();
+  swing(0, 2) = estimate_.T_map_robot.y - now.T_map_robot.y;
+  swing(1, 2) = now.T_map_robot.x - estimate_.T_map_robot.x;
+  now.covariance = swing * estimate_.covariance * swing.transpose() +
+                   motion::in_map_axes(pending_.covariance, now.T_map_robot.theta);
   return now;
 }
 
