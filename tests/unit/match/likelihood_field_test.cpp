@@ -77,6 +77,23 @@ TEST(LikelihoodField, SumsEqualTheSlowTwin) {
   }
 }
 
+TEST(LikelihoodField, SlackBoundsAllPlacesThatNear) {
+  const map::DistanceField distances(room());
+  const LikelihoodField exact(room(), distances, {.sigma = 0.15});
+  const LikelihoodField bound(room(), distances, {.sigma = 0.15, .slack = 0.4});
+  for (int iy = 0; iy < room().height; ++iy)
+    for (int ix = 0; ix < room().width; ++ix) {
+      const Vec2 a = room().centre(ix, iy);
+      const auto least = bound.cost(static_cast<float>(a.x()), static_cast<float>(a.y()));
+      for (int jy = 0; jy < room().height; ++jy)
+        for (int jx = 0; jx < room().width; ++jx) {
+          const Vec2 b = room().centre(jx, jy);
+          if ((a - b).norm() > 0.4 - 1e-9) continue;
+          EXPECT_LE(least, exact.cost(static_cast<float>(b.x()), static_cast<float>(b.y())));
+        }
+    }
+}
+
 TEST(LikelihoodField, TheTruePoseFitsBest) {
   const LikelihoodField field(room(), map::DistanceField(room()), {.sigma = 0.2});
   Beams b;  // the left wall, and two returns from the upper one
