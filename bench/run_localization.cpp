@@ -157,13 +157,10 @@ Outcome drive(localize::FindAndTrack& method, const Site& site, std::size_t firs
 
 void kidnap(const std::string& site_file, int times) {
   const Site site = io::read_site(site_file);
-  const Halves halves = split(site);
-  const auto place = localize::place_of(halves.known);
+  const auto halves = bench::split(site, bench::every_other_minute(site));
+  const auto& place = halves.place;
   RandomStream random(1);
-  const auto question = [&] {
-    return static_cast<std::size_t>(halves.questions[random.below(halves.questions.size())] -
-                                    site.scans.data());
-  };
+  const auto question = [&] { return halves.questions[random.below(halves.questions.size())]; };
   int within[2] = {}, recovered = 0, told = 0, wrong = 0;
   std::vector<int> needed;
   for (int i = 0; i < times; ++i) {

@@ -62,6 +62,7 @@ const Method kMethods[] = {
      "trajectory with covariance, from no start at all",
      [](const LocalizeOptions& o) {
        return localize::monte_carlo(place_of(o, "monte-carlo"), o.monte_carlo, o.start);
+     }},
     {"markov", "Markov localization, p. 24", "--map MAP, scans; odometry helps",
      "trajectory with covariance, from anywhere and without a start",
      [](const LocalizeOptions& o) {
