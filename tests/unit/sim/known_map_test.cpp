@@ -17,7 +17,9 @@ TEST(SimKnownMap, WallsAreOccupiedAndWaysFree) {
       EXPECT_EQ(map.at((s.a + s.b) / 2), map::CellState::occupied) << name;
     for (const Vec2& p : plan_tour(world).points)
       EXPECT_EQ(map.at(p), map::CellState::free) << name;
-    EXPECT_EQ(map.at(world.low() - Vec2(0.1, 0.1)), map::CellState::unknown) << name;
+    if (name != "yard") {  // which has no fence
+      EXPECT_EQ(map.at(world.low() - Vec2(0.1, 0.1)), map::CellState::unknown) << name;
+    }
   }
 }
 
