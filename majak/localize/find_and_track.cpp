@@ -3,8 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <utility>
+
+#include "majak/localize/on_scans.hpp"
 
 namespace majak::localize {
 namespace {
@@ -178,43 +179,15 @@ void describe(OptionFields& f, FindOptions& o) {
   f.add("find.witnesses", o.witnesses, {"1", "looks that must favour another place", 1, 100});
 }
 
-namespace {
-
-struct FindingRun {
-  ScanFeed feed;
-  FindAndTrack method;
-  Localization result;
-
-  std::optional<Estimate> take_scans() {
-    std::optional<Estimate> newest;
-    while (const auto scan = feed.next()) {
-      const bool tracked = method.tracking();
-      const Pose2 before = result.estimates.empty() ? Pose2{} : result.estimates.back().T_map_robot;
-      newest = method.add(*scan);
-      if (tracked && method.tracking())
-        feed.observe(between(before, newest->T_map_robot), newest->health == Health::ok);
-      if (!method.tracking()) result.hypotheses.push_back({newest->time, method.hypotheses()});
-      result.estimates.push_back(*newest);
-    }
-    return newest;
-  }
-};
-
-}  // namespace
-
 Localizer find_and_track(const PlacePtr& place, const GlobalOptions& global,
                          const TrackingOptions& tracking, const FindOptions& options) {
-  const auto run = std::make_shared<FindingRun>(
-      FindingRun{ScanFeed{}, FindAndTrack(place, global, tracking, options), {}});
-  return {[run](const Event& event) {
-            run->feed.add(event);
-            return run->take_scans();
-          },
-          [run] {
-            run->feed.end();
-            run->take_scans();
-            return std::move(run->result);
-          }};
+  return on_scans([method = FindAndTrack(place, global, tracking, options)](
+                      const FedScan& scan, Localization& result) mutable -> Step {
+    const bool tracked = method.tracking();
+    const Estimate estimate = method.add(scan);
+    if (!method.tracking()) result.hypotheses.push_back({estimate.time, method.hypotheses()});
+    return {estimate, tracked && method.tracking() && estimate.health == Health::ok};
+  });
 }
 
 }  // namespace majak::localize

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "majak/localize/on_scans.hpp"
 #include "majak/motion/path_uncertainty.hpp"
 
 namespace majak::localize {
@@ -223,46 +224,17 @@ Estimate Markov::about_the_mode() const {
   return e;
 }
 
-namespace {
-
-struct MarkovRun {
-  ScanFeed feed;
-  Markov markov;
-  std::function<double()> clock;
-  Localization result;
-
-  std::optional<Estimate> take_scans() {
-    std::optional<Estimate> newest;
-    while (const auto scan = feed.next()) {
-      const double begin = clock ? clock() : 0;
-      newest = markov.add(*scan);
-      result.phases = {{"update", (clock ? clock() : 0) - begin +
-                                      (result.phases.empty() ? 0 : result.phases[0].seconds)}};
-      // A cell is too wide to judge wheels by; a habit needs whatever there is.
-      if (!result.estimates.empty())
-        feed.observe(between(result.estimates.back().T_map_robot, newest->T_map_robot),
-                     !scan->by_wheels && newest->health == Health::ok);
-      result.estimates.push_back(*newest);
-    }
-    return newest;
-  }
-};
-
-}  // namespace
-
 Localizer markov(const PlacePtr& place, const MarkovOptions& options,
                  const std::function<double()>& clock) {
-  const auto run =
-      std::make_shared<MarkovRun>(MarkovRun{ScanFeed{}, Markov(place, options), clock, {}});
-  return {[run](const Event& event) {
-            run->feed.add(event);
-            return run->take_scans();
-          },
-          [run] {
-            run->feed.end();
-            run->take_scans();
-            return std::move(run->result);
-          }};
+  return on_scans([markov = Markov(place, options), clock](const FedScan& scan,
+                                                           Localization& result) mutable -> Step {
+    const double begin = clock ? clock() : 0;
+    const Estimate estimate = markov.add(scan);
+    if (result.phases.empty()) result.phases = {{"update", 0}};
+    result.phases[0].seconds += (clock ? clock() : 0) - begin;
+    // A cell is too wide to judge wheels by; a habit needs whatever there is.
+    return {estimate, !scan.by_wheels && estimate.health == Health::ok};
+  });
 }
 
 void describe(OptionFields& f, MarkovOptions& o) {

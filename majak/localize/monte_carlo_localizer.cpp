@@ -5,45 +5,19 @@
 #include <utility>
 
 #include "majak/localize/monte_carlo.hpp"
+#include "majak/localize/on_scans.hpp"
 
 namespace majak::localize {
-namespace {
-
-struct MonteCarloRun {
-  ScanFeed feed;
-  MonteCarlo filter;
-  Localization result;
-
-  std::optional<Estimate> take_scans() {
-    std::optional<Estimate> newest;
-    while (const auto scan = feed.next()) {
-      newest = filter.add(*scan);
-      // Its steps are no measure of the wheels: neighbouring estimates err apart.
-      const bool trusted = !scan->by_wheels && newest->health == Health::ok;
-      if (!result.estimates.empty())
-        feed.observe(between(result.estimates.back().T_map_robot, newest->T_map_robot), trusted);
-      result.estimates.push_back(*newest);
-      if (filter.updated()) result.hypotheses.push_back({newest->time, filter.clusters()});
-    }
-    return newest;
-  }
-};
-
-}  // namespace
 
 Localizer monte_carlo(const PlacePtr& place, const MonteCarloOptions& options, const Pose2& start,
                       Threads threads) {
-  const auto run = std::make_shared<MonteCarloRun>(
-      MonteCarloRun{ScanFeed{}, MonteCarlo(place, options, start, threads), {}});
-  return {[run](const Event& event) {
-            run->feed.add(event);
-            return run->take_scans();
-          },
-          [run] {
-            run->feed.end();
-            run->take_scans();
-            return std::move(run->result);
-          }};
+  return on_scans([filter = MonteCarlo(place, options, start, threads)](
+                      const FedScan& scan, Localization& result) mutable -> Step {
+    const Estimate estimate = filter.add(scan);
+    if (filter.updated()) result.hypotheses.push_back({estimate.time, filter.clusters()});
+    // Its steps are no measure of the wheels: neighbouring estimates err apart.
+    return {estimate, !scan.by_wheels && estimate.health == Health::ok};
+  });
 }
 
 void describe(OptionFields& f, MonteCarloOptions& o) {

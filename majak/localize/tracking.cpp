@@ -6,8 +6,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <utility>
+
+#include "majak/localize/on_scans.hpp"
 
 namespace majak::localize {
 namespace {
@@ -202,60 +203,27 @@ bool Tracker::told_before(const Pose2& T_map_robot) {
   return told_ >= options_.witnesses;
 }
 
-namespace {
-
-struct TrackingRun {
-  ScanFeed feed;
-  Tracker tracker;
-  Localization result;
-  std::function<double()> clock;
-  bool first = true;
-
-  std::optional<Estimate> take_scans() {
-    std::optional<Estimate> newest;
-    while (const auto scan = feed.next()) {
-      const double t0 = now();
-      tracker.move(*scan);
-      const double t1 = now();
-      tracker.predict();
-      const double t2 = now();
-      tracker.measure(*scan);
-      const double t3 = now();
-      const Pose2 before = result.estimates.empty() ? Pose2{} : result.estimates.back().T_map_robot;
-      newest = tracker.correct();
-      const double t4 = now();
-      result.phases.resize(4);
-      for (const auto& [k, name, seconds] :
-           {std::tuple(0, "move", t1 - t0), std::tuple(1, "predict", t2 - t1),
-            std::tuple(2, "measure", t3 - t2), std::tuple(3, "correct", t4 - t3)}) {
-        result.phases[k].name = name;
-        result.phases[k].seconds += seconds;
-      }
-      result.innovations.push_back({newest->time, "laser", tracker.nis(), 3, tracker.nis() > 0});
-      if (!first) feed.observe(between(before, newest->T_map_robot), newest->health == Health::ok);
-      first = false;
-      result.estimates.push_back(*newest);
-    }
-    return newest;
-  }
-  double now() const { return clock ? clock() : 0; }
-};
-
-}  // namespace
-
 Localizer tracking(const PlacePtr& place, const TrackingOptions& options, const Pose2& start,
                    const std::function<double()>& clock) {
-  const auto run = std::make_shared<TrackingRun>(
-      TrackingRun{ScanFeed{}, Tracker(place, options, start), {}, clock, true});
-  return {[run](const Event& event) {
-            run->feed.add(event);
-            return run->take_scans();
-          },
-          [run] {
-            run->feed.end();
-            run->take_scans();
-            return std::move(run->result);
-          }};
+  return on_scans([tracker = Tracker(place, options, start), clock](
+                      const FedScan& scan, Localization& result) mutable -> Step {
+    const auto now = [&] { return clock ? clock() : 0.0; };
+    std::array<double, 5> t{};
+    t[0] = now();
+    tracker.move(scan);
+    t[1] = now();
+    tracker.predict();
+    t[2] = now();
+    tracker.measure(scan);
+    t[3] = now();
+    const Estimate estimate = tracker.correct();
+    t[4] = now();
+    if (result.phases.empty())
+      result.phases = {{"move", 0}, {"predict", 0}, {"measure", 0}, {"correct", 0}};
+    for (std::size_t k = 0; k < 4; ++k) result.phases[k].seconds += t[k + 1] - t[k];
+    result.innovations.push_back({estimate.time, "laser", tracker.nis(), 3, tracker.nis() > 0});
+    return {estimate, estimate.health == Health::ok};
+  });
 }
 
 void describe(OptionFields& f, TrackingOptions& o) {
