@@ -134,7 +134,9 @@ void FindAndTrack::judge(const FedScan& scan, Estimate& estimate) {
     misfit_ +=
         (misfit(tracker_->match().score, fit.through) - misfit_) / std::min(judged_, kLooksJudged);
   }
-  if (misfit_ > options_.poor && estimate.health == Health::ok) estimate.health = Health::degraded;
+  // A place just found is on probation.
+  const bool doubtful = misfit_ > options_.poor || judged_ < options_.looks;
+  if (doubtful && estimate.health == Health::ok) estimate.health = Health::degraded;
   if (misfit_ > options_.lost && judged_ >= options_.looks) estimate.health = Health::lost;
 }
 

@@ -9,6 +9,15 @@ namespace majak::map {
 namespace {
 
 constexpr float kFar = 1e12F;
+// A floor lies next to it. What has none no beam ever met: the inside and the far side of a drawn
+// wall.
+bool can_be_seen(const KnownMap& map, int ix, int iy) {
+  if (map.at(ix, iy) != CellState::occupied) return false;
+  for (int dy = -1; dy <= 1; ++dy)
+    for (int dx = -1; dx <= 1; ++dx)
+      if (map.at(ix + dx, iy + dy) == CellState::free) return true;
+  return false;
+}
 
 // Lower envelope of the parabolas y = f[q] + (x - q)^2: d[x] is its height at x. `at` and `from`
 // are scratch: which parabola counts, and from where on.
@@ -54,7 +63,7 @@ DistanceField::DistanceField(const KnownMap& map, double reach)
   std::vector<int> at(longest);
   // Squared distances in cells: down each column, then along each row.
   for (int x = 0; x < width_; ++x) {
-    for (int y = 0; y < height_; ++y) in[y] = map.at(x, y) == CellState::occupied ? 0 : kFar;
+    for (int y = 0; y < height_; ++y) in[y] = can_be_seen(map, x, y) ? 0 : kFar;
     envelope(in.data(), height_, out.data(), at, from);
     for (int y = 0; y < height_; ++y) distances_[map.index(x, y)] = out[y];
   }

@@ -11,50 +11,11 @@
 #include <vector>
 
 #include "majak/core/chi_square.hpp"
-#include "majak/sim/buildings.hpp"
-#include "majak/sim/known_map.hpp"
-#include "majak/sim/simulator.hpp"
 #include "tests/support/ascii_map.hpp"
+#include "tests/unit/localize/known_drive.hpp"
 
 namespace majak::localize {
 namespace {
-
-/// A drive through the building: the scans as they are fed, and where the robot was.
-struct Drive {
-  PlacePtr place;
-  std::vector<FedScan> scans;
-  std::vector<Pose2> truth;
-};
-
-const Drive& drive() {
-  static const Drive drive = [] {
-    const sim::World world(sim::building());
-    const sim::Path path = sim::plan_tour(world, {.short_tour = true});
-    Drive d{place_of(sim::known_map(world)), {}, {}};
-    ScanFeed feed;
-    const auto take = [&] {
-      while (auto scan = feed.next()) d.scans.push_back(std::move(*scan));
-    };
-    for (const Event& event : sim::simulate(world, path, {})) {
-      if (const auto* truth = std::get_if<Truth>(&event)) d.truth.push_back(truth->T_world_robot);
-      feed.add(event), take();
-    }
-    feed.end(), take();
-    return d;
-  }();
-  return drive;
-}
-
-bool right(const Pose2& estimate, const Pose2& truth) {
-  const Pose2 off = between(truth, estimate);
-  return off.translation().norm() < 0.5 && std::abs(off.theta) < radians(10);
-}
-
-FedScan without_motion(FedScan scan) {
-  scan.T_previous_robot = {};
-  scan.covariance.setZero();
-  return scan;
-}
 
 /// Adds scans from `i` on until `updates` more updates are done; returns the scan added last.
 std::size_t run(MonteCarlo& filter, std::size_t i, int updates,

@@ -12,12 +12,19 @@
 namespace majak::map {
 namespace {
 
+/// A floor lies next to it.
+bool seen(const KnownMap& map, int ix, int iy) {
+  int floor = 0;
+  for (int k = 0; k < 9; ++k) floor += map.at(ix + k % 3 - 1, iy + k / 3 - 1) == CellState::free;
+  return floor > 0;
+}
+
 /// The slow twin: every occupied cell is asked.
 double nearest(const KnownMap& map, int ix, int iy, double reach) {
   double best = reach;
   for (int y = 0; y < map.height; ++y)
     for (int x = 0; x < map.width; ++x)
-      if (map.at(x, y) == CellState::occupied)
+      if (map.at(x, y) == CellState::occupied && seen(map, x, y))
         best = std::min(best, std::hypot(x - ix, y - iy) * map.resolution);
   return best;
 }
@@ -46,10 +53,18 @@ TEST(DistanceField, EqualsTheSlowTwin) {
     }
 }
 
+TEST(DistanceField, AWallIsSeenFromTheFloor) {
+  const DistanceField field(fixture::ascii_map({".######", ".######", ".######", ".######"}));
+  EXPECT_EQ(field.at(0, 2), 1);
+  EXPECT_EQ(field.at(1, 2), 0);
+  EXPECT_EQ(field.at(2, 2), 1);  // no beam comes here
+  EXPECT_EQ(field.at(6, 2), 5);
+}
+
 TEST(DistanceField, OutsideTheMapIsFar) {
-  const DistanceField field(fixture::ascii_map({"#"}), 4);
+  const DistanceField field(fixture::ascii_map({"#."}), 4);
   EXPECT_EQ(field.at(0, 0), 0);
-  EXPECT_EQ(field.at(1, 0), 4);
+  EXPECT_EQ(field.at(2, 0), 4);
   EXPECT_EQ(field.at(Vec2(0.5, -0.5)), 4);
 }
 

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/localize/tracking.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "tests/support/ascii_map.hpp"
+#include "tests/support/ascii_room.hpp"
+#include "tests/unit/localize/known_drive.hpp"
+
+namespace majak::localize {
+namespace {
+
+/// The site of a room that was seen from one place all around.
+PlacePtr place_seen(const fixture::AsciiRoom& room, const std::vector<Pose2>& from) {
+  Site site;
+  for (const Pose2& pose : from) {
+    site.scans.push_back({});
+    site.scans.back().scan = room.scan(pose, fixture::all_around(720));
+    site.scans.back().estimate.T_map_robot = pose;
+  }
+  return place_of(site);
+}
+
+const fixture::AsciiRoom& room() {
+  static const fixture::AsciiRoom room({"################",  //
+                                        "#..............#",  //
+                                        "#....a.........#",  //
+                                        "#.........##...#",  //
+                                        "#..............#",  //
+                                        "################"});
+  return room;
+}
+
+FedScan fed(Scan scan, const Pose2& step, double sigma = 0.1) {
+  return {std::move(scan), step, Vec3(sigma, sigma, sigma).cwiseAbs2().asDiagonal(), true};
+}
+
+TEST(Tracking, AWrongPredictionIsCorrected) {
+  const Pose2 truth = room().pose('a', 0.3);
+  Tracker tracker(place_seen(room(), {truth, {3, 1, 0}, {6.5, 2, 0}}), {},
+                  truth * Pose2{0.15, -0.1, 0.05});
+  for (int k = 0; k < 3; ++k) tracker.add(fed(room().scan(truth, fixture::all_around()), {}));
+  const Estimate e = tracker.add(fed(room().scan(truth, fixture::all_around()), {}));
+  EXPECT_LT((e.T_map_robot.translation() - truth.translation()).norm(), 0.003);
+  EXPECT_LT(std::abs(angle_diff(e.T_map_robot.theta, truth.theta)), 0.001);
+  EXPECT_EQ(e.health, Health::ok);
+}
+
+TEST(Tracking, ThePhasesOneByOneAreTheWhole) {
+  Tracker whole(drive().place, {}, drive().truth[0]), parts = whole;
+  for (std::size_t k = 0; k < 60; ++k) {
+    const FedScan& scan = drive().scans[k];
+    const Estimate e = whole.add(scan);
+    parts.move(scan);
+    parts.predict();
+    parts.measure(scan);
+    EXPECT_EQ(parts.correct().T_map_robot, e.T_map_robot);
+    EXPECT_EQ(parts.predicted(), whole.predicted());
+  }
+}
+
+TEST(Tracking, KeepsTheRobotAlongTheWholeDrive) {
+  Tracker tracker(drive().place, {}, drive().truth[0]);
+  double worst = 0, sum = 0;
+  for (std::size_t k = 0; k < drive().scans.size(); ++k) {
+    const Estimate e = tracker.add(drive().scans[k]);
+    const double off = (e.T_map_robot.translation() - drive().truth[k].translation()).norm();
+    sum += off;
+    if (k > 10) worst = std::max(worst, off);
+    EXPECT_NE(e.health, Health::lost);
+  }
+  // The map's walls are cells of 5 cm, the laser reads 35 mm too long or too short.
+  EXPECT_LT(sum / static_cast<double>(drive().scans.size()), 0.042);
+  EXPECT_LT(worst, 0.16);
+}
+
+TEST(Tracking, WithoutABeamItGoesByTheWheels) {
+  Tracker tracker(drive().place, {}, drive().truth[0]);
+  const Estimate before = tracker.add(drive().scans[0]);
+  FedScan blind = fed(drive().scans[1].scan, {0.3, 0, 0.1}, 0.02);
+  std::fill(blind.scan.ranges.begin(), blind.scan.ranges.end(), kInvalidRange);
+  const Estimate e = tracker.add(blind);
+  const Pose2 off = between(before.T_map_robot * Pose2{0.3, 0, 0.1}, e.T_map_robot);
+  EXPECT_LT(off.translation().norm(), 1e-9);
+  EXPECT_GT(e.covariance(0, 0), before.covariance(0, 0));
+}
+
+TEST(Tracking, AnEmptyCorridorIsWeakAlong) {
+  std::vector<std::string> plan(7, std::string(160, '.'));
+  plan.front() = plan.back() = std::string(160, '#');
+  const fixture::AsciiRoom corridor(plan);
+  const fixture::Laser near{181, kPi, 8, 0, 1, {}};
+  Site site;
+  for (double x = 36; x < 44; x += 0.5) {
+    site.scans.push_back({});
+    site.scans.back().scan = corridor.scan({x, 1.75, 0}, near);
+    site.scans.back().estimate.T_map_robot = {x, 1.75, 0};
+  }
+  Tracker tracker(place_of(site), {}, {40, 1.75, 0});
+  Estimate e;
+  for (int k = 0; k < 20; ++k) e = tracker.add(fed(corridor.scan({40, 1.75, 0}, near), {}, 0.02));
+  EXPECT_EQ(e.health, Health::degraded);
+  EXPECT_GT(std::abs(e.weak_direction.x()), 0.99);
+  EXPECT_LT(e.covariance(1, 1), 0.01 * e.covariance(0, 0));
+}
+
+TEST(Tracking, SaysThatItIsLostWhereNothingFits) {
+  const fixture::AsciiRoom other({"#####", "#...#", "#.b.#", "#...#", "#####"});
+  Tracker tracker(place_seen(room(), {room().pose('a')}), {}, room().pose('a'));
+  Estimate e;
+  for (int k = 0; k < 30; ++k)
+    e = tracker.add(fed(other.scan(other.pose('b'), fixture::all_around()), {}, 0.01));
+  EXPECT_EQ(e.health, Health::lost);
+}
+
+TEST(Tracking, PhasesAreTimedByTheClockThatIsGiven) {
+  double time = 0;
+  auto localizer = tracking(drive().place, {}, drive().truth[0], [&] { return time += 1; });
+  for (int k = 0; k < 5; ++k) localizer.add(drive().scans[k].scan);
+  const Localization run = localizer.finish();
+  ASSERT_EQ(run.phases.size(), 4U);
+  for (const PhaseTime& phase : run.phases) EXPECT_EQ(phase.seconds, 5) << phase.name;
+  EXPECT_EQ(run.innovations.size(), 5U);
+}
+
+}  // namespace
+}  // namespace majak::localize
