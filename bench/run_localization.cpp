@@ -7,6 +7,8 @@
 //                                                 for
 //   run_localization kidnap SITE [TIMES]    find and track on that map: from nowhere, then carried
 //                                           to another place
+//   run_localization foreign SITE LOG [METHOD [SCALE]]  the log is of another building, or the map
+//                                           of another scale: what does the method claim?
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -24,6 +26,7 @@
 #include "majak/localize/find_and_track.hpp"
 #include "majak/localize/global_localization.hpp"
 #include "majak/localize/tracking.hpp"
+#include "majak/methods/methods.hpp"
 
 namespace {
 
@@ -44,7 +47,8 @@ void track(const std::string& site_file, const std::string& log, const std::stri
   const Site site = io::read_site(site_file);
   const auto place = localize::place_of(site);
   const auto events = read(log);
-  auto localizer = localize::tracking(place, {}, site.scans.front().estimate.T_map_robot, seconds);
+  auto localizer =
+      localize::tracking(place, {}, site.scans.front().estimate.T_map_robot, {}, seconds);
   const double begin = seconds();
   for (const Event& event : events) localizer.add(event);
   const auto run = localizer.finish();
@@ -191,6 +195,31 @@ void kidnap(const std::string& site_file, int times) {
       100 * recovered / m, 100 * told / m, wrong);
 }
 
+/// What a method claims of a log on a map where it cannot be: that of another building, or of the
+/// right one at a wrong scale.
+void foreign(const std::string& site_file, const std::string& log, const std::string& method,
+             double scale) {
+  methods::LocalizeOptions options;
+  options.place = localize::place_of(io::read_site(site_file));
+  if (scale != 1) {
+    map::KnownMap known = options.place->known;
+    known.resolution *= scale, known.x0 *= scale, known.y0 *= scale;
+    options.place = localize::place_of(known);
+  }
+  const auto localizer = methods::method(method).make(options);
+  for (const Event& event : read(log)) localizer.add(event);
+  int health[3] = {}, stretches = 0;
+  bool before = false;
+  const auto estimates = localizer.finish().estimates;
+  for (const Estimate& e : estimates) {
+    ++health[static_cast<int>(e.health)];
+    stretches += e.health == Health::ok && !before;
+    before = e.health == Health::ok;
+  }
+  fmt::print("{} scans: ok {} in {} stretches, degraded {}, lost {}\n", estimates.size(), health[0],
+             stretches, health[1], health[2]);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -202,6 +231,8 @@ int main(int argc, char** argv) {
       search(argv[2], argc > 3 ? std::stoi(argv[3]) : 200);
     else if (task == "kidnap" && argc > 2)
       kidnap(argv[2], argc > 3 ? std::stoi(argv[3]) : 200);
+    else if (task == "foreign" && argc > 3)
+      foreign(argv[2], argv[3], argc > 4 ? argv[4] : "global", argc > 5 ? std::stod(argv[5]) : 1);
     else
       throw Error(
           "run_localization track SITE LOG [RELATIONS] | search SITE [QUERIES] | kidnap SITE "

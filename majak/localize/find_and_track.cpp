@@ -14,7 +14,6 @@ constexpr double kSamePlace = 0.6, kSameTurn = 0.25;  // m, rad: off what was fo
 constexpr double kForgotten = 1e-4;                   // probability of a place that is dropped
 constexpr double kMemory = 50;                        // scans, of the usual score
 constexpr std::pair kFoundWithin{0.1, 0.05};          // m, rad
-constexpr int kLooksJudged = 8;                       // that the misfit is the mean of
 constexpr double kClearly = 0.9, kBetter = 0.1;       // probability, share of returns
 
 bool near(const Pose2& a, const Pose2& b) {
@@ -25,8 +24,14 @@ bool near(const Pose2& a, const Pose2& b) {
 }  // namespace
 
 FindAndTrack::FindAndTrack(PlacePtr place, const GlobalOptions& global,
-                           const TrackingOptions& tracking, const FindOptions& options)
-    : place_(place), tracking_(tracking), options_(options), global_(std::move(place), global) {}
+                           const TrackingOptions& tracking, const FindOptions& options,
+                           const PlausibilityOptions& plausibility)
+    : place_(place),
+      tracking_(tracking),
+      options_(options),
+      global_(place, global),
+      plausibility_(place, plausibility),
+      plausibility_options_(plausibility) {}
 
 Estimate FindAndTrack::add(const FedScan& scan) {
   way_ += scan.T_previous_robot.translation().norm();
@@ -55,8 +60,9 @@ Estimate FindAndTrack::begin(const FedScan& scan) {
   TrackingOptions close = tracking_;
   close.start_sigma = kFoundWithin.first, close.start_turn = kFoundWithin.second;
   tracker_.emplace(place_, close, hypotheses_.front().T_map_robot);
-  usual_score_ = misfit_ = 0;
-  doubted_ = judged_ = 0;
+  plausibility_ = Plausibility(place_, plausibility_options_);
+  usual_score_ = 0;
+  doubted_ = 0;
   FedScan here = scan;
   here.T_previous_robot = {};
   return tracker_->add(here);
@@ -79,7 +85,7 @@ void FindAndTrack::weigh(const GlobalAnswer& answer) {
       }
     next.push_back({{place.T_map_robot, place.covariance, prior * evidence(place.probability)},
                     looks,
-                    misfit(place.score, place.fit.through)});
+                    place.fit.misfit()});
     sum += next.back().probability;
   }
   const double none = evidence(answer.elsewhere) * (first ? 1 : elsewhere);
@@ -113,7 +119,8 @@ Estimate FindAndTrack::unsure(Time time) const {
 
 Estimate FindAndTrack::track(const FedScan& scan) {
   Estimate estimate = tracker_->add(scan);
-  judge(scan, estimate);
+  plausibility_.add(scan, estimate.T_map_robot);
+  plausibility_.limit(estimate);
   if (estimate.health != Health::lost && !carried_away(scan, estimate)) return estimate;
   tracker_.reset();
   hypotheses_.clear();
@@ -124,20 +131,6 @@ Estimate FindAndTrack::track(const FedScan& scan) {
   estimate = look(here);
   estimate.health = Health::lost;  // said once, even where it is found again at once
   return estimate;
-}
-
-// How well the last looks fit: a place that only resembles has walls where beams have passed.
-void FindAndTrack::judge(const FedScan& scan, Estimate& estimate) {
-  if (judged_ == 0 || moved()) {
-    const PoseFit fit = global_.weigh(match::beams(scan.scan), estimate.T_map_robot);
-    ++judged_;
-    misfit_ +=
-        (misfit(tracker_->match().score, fit.through) - misfit_) / std::min(judged_, kLooksJudged);
-  }
-  // A place just found is on probation.
-  const bool doubtful = misfit_ > options_.poor || judged_ < options_.looks;
-  if (doubtful && estimate.health == Health::ok) estimate.health = Health::degraded;
-  if (misfit_ > options_.lost && judged_ >= options_.looks) estimate.health = Health::lost;
 }
 
 // Where the scan fits worse than usual, the whole map is asked; when another place fits clearly
@@ -176,14 +169,14 @@ void describe(OptionFields& f, FindOptions& o) {
   f.add("find.doubt", o.doubt,
         {"1", "drop of the fit from which on another place is looked for", 0, 1});
   f.add("find.at_once", o.at_once, {"1", "probability with which one look is enough", 0.5, 1});
-  f.add("find.poor", o.poor, {"1", "mean misfit from which on the health is degraded", 0, 1.5});
-  f.add("find.lost", o.lost, {"1", "mean misfit from which on the place is given up", 0, 1.5});
+  f.add("find.poor", o.poor, {"1", "misfit from which on a place is not tracked", 0, 1.5});
   f.add("find.witnesses", o.witnesses, {"1", "looks that must favour another place", 1, 100});
 }
 
 Localizer find_and_track(const PlacePtr& place, const GlobalOptions& global,
-                         const TrackingOptions& tracking, const FindOptions& options) {
-  return on_scans([method = FindAndTrack(place, global, tracking, options)](
+                         const TrackingOptions& tracking, const FindOptions& options,
+                         const PlausibilityOptions& plausibility) {
+  return on_scans([method = FindAndTrack(place, global, tracking, options, plausibility)](
                       const FedScan& scan, Localization& result) mutable -> Step {
     const bool tracked = method.tracking();
     const Estimate estimate = method.add(scan);

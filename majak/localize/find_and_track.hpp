@@ -14,6 +14,7 @@
 #include "majak/localize/global_localization.hpp"
 #include "majak/localize/localizer.hpp"
 #include "majak/localize/place.hpp"
+#include "majak/localize/plausibility.hpp"
 #include "majak/localize/scan_feed.hpp"
 #include "majak/localize/tracking.hpp"
 
@@ -29,8 +30,7 @@ struct FindOptions {
   double own = 0.4;         ///< share of a look's evidence that the look before had not given
   int looks = 3;            ///< in a row in which a place must be among those told
   double doubt = 0.2;       ///< drop of the fit below its mean from which on another is looked for
-  double poor = 0.25;       ///< mean misfit from which on the health is degraded ...
-  double lost = 0.35;       ///< ... and from which on the place is given up
+  double poor = 0.25;       ///< misfit from which on a place is not tracked
   int witnesses = 2;        ///< looks in a row that must favour another place
 };
 void describe(OptionFields& fields, FindOptions& options);
@@ -38,7 +38,7 @@ void describe(OptionFields& fields, FindOptions& options);
 class FindAndTrack {
  public:
   FindAndTrack(PlacePtr place, const GlobalOptions& global, const TrackingOptions& tracking,
-               const FindOptions& options);
+               const FindOptions& options, const PlausibilityOptions& plausibility = {});
 
   Estimate add(const FedScan& scan);
   bool tracking() const { return tracker_.has_value(); }
@@ -53,7 +53,6 @@ class FindAndTrack {
   Estimate look(const FedScan& scan);
   Estimate begin(const FedScan& scan);
   Estimate track(const FedScan& scan);
-  void judge(const FedScan& scan, Estimate& estimate);
   bool carried_away(const FedScan& scan, Estimate& estimate);
   void weigh(const GlobalAnswer& answer);
   Estimate unsure(Time time) const;
@@ -64,19 +63,20 @@ class FindAndTrack {
   FindOptions options_;
   GlobalLocalization global_;
   std::optional<Tracker> tracker_;
+  Plausibility plausibility_;
+  PlausibilityOptions plausibility_options_;
   std::vector<Followed> hypotheses_;  // moved along with the robot
   double elsewhere_ = 1;
   double way_ = 0, turned_ = 0;  // since the last look
   bool looked_ = false;
   bool asked_ = false;      // the whole map, in this doubt
-  double misfit_ = 0;       // mean over the last looks, while tracking
-  int judged_ = 0;          // looks that made it
   double usual_score_ = 0;  // running mean while tracking
   int doubted_ = 0;         // looks in a row that favoured another place
 };
 
 /// As the registry wants it.
 Localizer find_and_track(const PlacePtr& place, const GlobalOptions& global,
-                         const TrackingOptions& tracking, const FindOptions& options);
+                         const TrackingOptions& tracking, const FindOptions& options,
+                         const PlausibilityOptions& plausibility);
 
 }  // namespace majak::localize

@@ -22,27 +22,6 @@ GlobalLocalization::GlobalLocalization(PlacePtr place, const GlobalOptions& opti
       options_(options),
       search_(place_->known, place_->distances, options.search) {}
 
-// Beams that end behind a wall count against a pose: something stands where they passed.
-PoseFit GlobalLocalization::weigh(const match::Beams& beams, const Pose2& T_map_robot) const {
-  if (beams.returns == 0) return {};
-  match::PoseArrays pose;
-  pose.resize(1);
-  pose.set(0, T_map_robot);
-  std::uint32_t cost = 0;
-  place_->likelihood.costs(beams, pose, 0, 1, &cost);
-  const Vec2 laser = T_map_robot * beams.laser;
-  const double c = std::cos(T_map_robot.theta), s = std::sin(T_map_robot.theta);
-  int through = 0;
-  for (std::size_t i = 0; i < beams.returns; ++i) {
-    const double reach = beams.range[i] - options_.wall;
-    const Vec2 direction(c * beams.cos[i] - s * beams.sin[i], s * beams.cos[i] + c * beams.sin[i]);
-    through += reach > 0 && place_->distances.cast(laser, direction, reach) < reach;
-  }
-  const auto n = static_cast<double>(beams.returns);
-  return {cost * match::LikelihoodField::kUnit / n + options_.through_wall * through / n,
-          through / n};
-}
-
 GlobalAnswer GlobalLocalization::find(const Scan& scan) const {
   GlobalAnswer answer;
   const match::Beams beams = match::beams(scan);
@@ -60,7 +39,7 @@ GlobalAnswer GlobalLocalization::find(const Scan& scan) const {
     p.T_map_robot = fitted.T_map_robot;
     p.covariance = (fitted.information / kTogether + 1e-6 * Mat3::Identity()).inverse();
     p.score = fitted.score;
-    p.fit = weigh(beams, p.T_map_robot);
+    p.fit = pose_fit(*place_, beams, p.T_map_robot, options_.fit);
     p.probability = std::exp(-options_.effective * p.fit.cost);
     sum += p.probability;
     answer.places.push_back(p);

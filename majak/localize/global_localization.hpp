@@ -10,27 +10,17 @@
 #include "majak/core/options.hpp"
 #include "majak/localize/localizer.hpp"
 #include "majak/localize/place.hpp"
+#include "majak/localize/pose_fit.hpp"
 #include "majak/match/global_search.hpp"
 
 namespace majak::localize {
 
 struct GlobalOptions {
   match::GlobalSearchOptions search;
-  double effective = 15;    ///< beams that err by themselves; neighbours err together
-  double through_wall = 2;  ///< nat, against a beam that would have passed through a wall
-  double wall = 0.4;        ///< m, by which it must be beyond
-  double elsewhere = 0.3;   ///< mean likelihood of a place that the map does not show
+  double effective = 15;  ///< beams that err by themselves; neighbours err together
+  PoseFitOptions fit;
+  double elsewhere = 0.3;  ///< mean likelihood of a place that the map does not show
 };
-
-/// How well a scan fits a pose.
-struct PoseFit {
-  double cost = 0;     ///< nat, of a beam in the mean; 0 is perfect
-  double through = 0;  ///< share of beams that would have passed through walls
-};
-
-/// 0: all is as the map says; people before the laser cost half of what walls do that are not
-/// there.
-inline double misfit(double score, double through) { return 0.5 * (1 - score) + through; }
 
 struct FoundPlace : Hypothesis {
   double score = 0;  ///< share of returns that lie on the map
@@ -47,8 +37,6 @@ class GlobalLocalization {
  public:
   explicit GlobalLocalization(PlacePtr place, const GlobalOptions& options = {});
   GlobalAnswer find(const Scan& scan) const;
-  /// Of any pose, in the same coin.
-  PoseFit weigh(const match::Beams& beams, const Pose2& T_map_robot) const;
 
  private:
   PlacePtr place_;

@@ -225,15 +225,22 @@ Estimate Markov::about_the_mode() const {
 }
 
 Localizer markov(const PlacePtr& place, const MarkovOptions& options,
-                 const std::function<double()>& clock) {
-  return on_scans([markov = Markov(place, options), clock](const FedScan& scan,
-                                                           Localization& result) mutable -> Step {
+                 const PlausibilityOptions& plausibility, const std::function<double()>& clock) {
+  return on_scans([=, markov = Markov(place, options), watch = Plausibility(place, plausibility)](
+                      const FedScan& scan, Localization& result) mutable -> Step {
     const double begin = clock ? clock() : 0;
-    const Estimate estimate = markov.add(scan);
+    Estimate estimate = markov.add(scan);
     if (result.phases.empty()) result.phases = {{"update", 0}};
     result.phases[0].seconds += (clock ? clock() : 0) - begin;
     // A cell is too wide to judge wheels by; a habit needs whatever there is.
-    return {estimate, !scan.by_wheels && estimate.health == Health::ok};
+    const bool trusted = !scan.by_wheels && estimate.health == Health::ok;
+    watch.add(scan, estimate.T_map_robot);
+    watch.limit(estimate);
+    if (watch.at_best() == Health::lost) {  // not here: anywhere
+      markov = Markov(place, options);
+      watch = Plausibility(place, plausibility);
+    }
+    return {estimate, trusted};
   });
 }
 

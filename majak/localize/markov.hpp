@@ -21,6 +21,7 @@
 #include "majak/localize/belief_weighing.hpp"
 #include "majak/localize/localizer.hpp"
 #include "majak/localize/place.hpp"
+#include "majak/localize/plausibility.hpp"
 #include "majak/localize/scan_feed.hpp"
 
 namespace majak::localize {
@@ -85,6 +86,7 @@ class Markov {
 
 /// As the registry wants it. `clock`: seconds, or nothing.
 Localizer markov(const PlacePtr& place, const MarkovOptions& options,
+                 const PlausibilityOptions& plausibility = {},
                  const std::function<double()>& clock = {});
 
 }  // namespace majak::localize

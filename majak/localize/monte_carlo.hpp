@@ -19,6 +19,7 @@
 #include "majak/localize/global_localization.hpp"
 #include "majak/localize/localizer.hpp"
 #include "majak/localize/place.hpp"
+#include "majak/localize/plausibility.hpp"
 #include "majak/localize/pose_bins.hpp"
 #include "majak/localize/scan_feed.hpp"
 #include "majak/match/beam_model.hpp"
@@ -129,6 +130,6 @@ class MonteCarlo {
 
 /// As the registry wants it.
 Localizer monte_carlo(const PlacePtr& place, const MonteCarloOptions& options, const Pose2& start,
-                      Threads threads = {});
+                      const PlausibilityOptions& plausibility = {}, Threads threads = {});
 
 }  // namespace majak::localize

@@ -10,13 +10,24 @@
 namespace majak::localize {
 
 Localizer monte_carlo(const PlacePtr& place, const MonteCarloOptions& options, const Pose2& start,
-                      Threads threads) {
-  return on_scans([filter = MonteCarlo(place, options, start, threads)](
+                      const PlausibilityOptions& plausibility, Threads threads) {
+  return on_scans([=, filter = MonteCarlo(place, options, start, threads),
+                   watch = Plausibility(place, plausibility)](
                       const FedScan& scan, Localization& result) mutable -> Step {
-    const Estimate estimate = filter.add(scan);
+    Estimate estimate = filter.add(scan);
+    const bool trusted = !scan.by_wheels && estimate.health == Health::ok;
+    watch.add(scan, estimate.T_map_robot);
+    watch.limit(estimate);
+    if (watch.at_best() == Health::lost) {  // not here: anywhere
+      MonteCarloOptions anew = options;
+      anew.start_sigma = 0;
+      filter = MonteCarlo(place, anew, {}, threads);
+      watch = Plausibility(place, plausibility);
+      return {estimate, false};
+    }
     if (filter.updated()) result.hypotheses.push_back({estimate.time, filter.clusters()});
     // Its steps are no measure of the wheels: neighbouring estimates err apart.
-    return {estimate, !scan.by_wheels && estimate.health == Health::ok};
+    return {estimate, trusted};
   });
 }
 

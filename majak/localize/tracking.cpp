@@ -204,9 +204,10 @@ bool Tracker::told_before(const Pose2& T_map_robot) {
 }
 
 Localizer tracking(const PlacePtr& place, const TrackingOptions& options, const Pose2& start,
-                   const std::function<double()>& clock) {
-  return on_scans([tracker = Tracker(place, options, start), clock](
-                      const FedScan& scan, Localization& result) mutable -> Step {
+                   const PlausibilityOptions& plausibility, const std::function<double()>& clock) {
+  return on_scans([tracker = Tracker(place, options, start),
+                   watch = Plausibility(place, plausibility),
+                   clock](const FedScan& scan, Localization& result) mutable -> Step {
     const auto now = [&] { return clock ? clock() : 0.0; };
     std::array<double, 5> t{};
     t[0] = now();
@@ -216,13 +217,16 @@ Localizer tracking(const PlacePtr& place, const TrackingOptions& options, const 
     t[2] = now();
     tracker.measure(scan);
     t[3] = now();
-    const Estimate estimate = tracker.correct();
+    Estimate estimate = tracker.correct();
     t[4] = now();
     if (result.phases.empty())
       result.phases = {{"move", 0}, {"predict", 0}, {"measure", 0}, {"correct", 0}};
     for (std::size_t k = 0; k < 4; ++k) result.phases[k].seconds += t[k + 1] - t[k];
     result.innovations.push_back({estimate.time, "laser", tracker.nis(), 3, tracker.nis() > 0});
-    return {estimate, estimate.health == Health::ok};
+    watch.add(scan, estimate.T_map_robot);
+    const bool trusted = estimate.health == Health::ok;
+    watch.limit(estimate);
+    return {estimate, trusted};
   });
 }
 

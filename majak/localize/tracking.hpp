@@ -11,6 +11,7 @@
 #include "majak/core/options.hpp"
 #include "majak/localize/localizer.hpp"
 #include "majak/localize/place.hpp"
+#include "majak/localize/plausibility.hpp"
 #include "majak/localize/scan_feed.hpp"
 #include "majak/match/correlative.hpp"
 #include "majak/match/point_to_line.hpp"
@@ -89,6 +90,7 @@ class Tracker {
 
 /// As the registry wants it. `clock`: seconds, or nothing; the phases are timed by it.
 Localizer tracking(const PlacePtr& place, const TrackingOptions& options, const Pose2& start,
+                   const PlausibilityOptions& plausibility = {},
                    const std::function<double()>& clock = {});
 
 }  // namespace majak::localize

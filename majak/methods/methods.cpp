@@ -51,22 +51,25 @@ const Method kMethods[] = {
     {"global", "global methods, p. 21", "--map MAP, scans; odometry helps",
      "the place found by itself, then tracked, found again when lost; hypotheses",
      [](const LocalizeOptions& o) {
-       return localize::find_and_track(place_of(o, "global"), {}, o.tracking, o.find);
+       return localize::find_and_track(place_of(o, "global"), {}, o.tracking, o.find,
+                                       o.plausibility);
      }},
     {"tracking", "local methods, p. 21", "--map MAP, --start, scans; odometry helps",
      "trajectory with covariance",
      [](const LocalizeOptions& o) {
-       return localize::tracking(place_of(o, "tracking"), o.tracking, o.start, o.clock);
+       return localize::tracking(place_of(o, "tracking"), o.tracking, o.start, o.plausibility,
+                                 o.clock);
      }},
     {"monte-carlo", "Monte Carlo localization, p. 22", "--map MAP, scans; odometry helps",
      "trajectory with covariance, from no start at all",
      [](const LocalizeOptions& o) {
-       return localize::monte_carlo(place_of(o, "monte-carlo"), o.monte_carlo, o.start);
+       return localize::monte_carlo(place_of(o, "monte-carlo"), o.monte_carlo, o.start,
+                                    o.plausibility);
      }},
     {"markov", "Markov localization, p. 24", "--map MAP, scans; odometry helps",
      "trajectory with covariance, from anywhere and without a start",
      [](const LocalizeOptions& o) {
-       return localize::markov(place_of(o, "markov"), o.markov, o.clock);
+       return localize::markov(place_of(o, "markov"), o.markov, o.plausibility, o.clock);
      }},
 };
 
@@ -82,6 +85,7 @@ void describe(OptionFields& fields, LocalizeOptions& o) {
   localize::describe(fields, o.find);
   localize::describe(fields, o.monte_carlo);
   localize::describe(fields, o.markov);
+  localize::describe(fields, o.plausibility);
   fields.add("reflectors.threshold", o.reflectors.threshold,
              {"raw units", "least intensity of a reflector; 0: from the scan itself", 0, 1e9});
   fields.add("reflectors.contrast", o.reflectors.contrast,

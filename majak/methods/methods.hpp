@@ -30,6 +30,7 @@ struct LocalizeOptions {
   localize::FindOptions find;
   localize::MonteCarloOptions monte_carlo;
   localize::MarkovOptions markov;
+  localize::PlausibilityOptions plausibility;
   std::function<double()> clock;  ///< s; the parts of the work are timed by it where it is given
   beacon::ReflectorOptions reflectors;
   beacon::BeaconMap beacons;  ///< where they stand; no option, but an input like the log

@@ -27,11 +27,10 @@ TEST(GlobalLocalization, TellsThePlaceOfMostScans) {
   EXPECT_GE(first, asked * 8 / 10);
 }
 
-TEST(GlobalLocalization, AWallThatBeamsPassedCountsAgainstAPose) {
-  const GlobalLocalization global(drive().place);
+TEST(PoseFit, AWallThatBeamsPassedCountsAgainstAPose) {
   const match::Beams beams = match::beams(drive().scans[100].scan);
-  const PoseFit here = global.weigh(beams, drive().truth[100]);
-  const PoseFit turned = global.weigh(beams, drive().truth[100] * Pose2{0, 0, 1.5});
+  const PoseFit here = pose_fit(*drive().place, beams, drive().truth[100]);
+  const PoseFit turned = pose_fit(*drive().place, beams, drive().truth[100] * Pose2{0, 0, 1.5});
   EXPECT_LT(here.through, 0.04);
   EXPECT_GT(turned.through, 0.1);
   EXPECT_LT(here.cost, turned.cost);

@@ -118,7 +118,7 @@ TEST(Tracking, SaysThatItIsLostWhereNothingFits) {
 
 TEST(Tracking, PhasesAreTimedByTheClockThatIsGiven) {
   double time = 0;
-  auto localizer = tracking(drive().place, {}, drive().truth[0], [&] { return time += 1; });
+  auto localizer = tracking(drive().place, {}, drive().truth[0], {}, [&] { return time += 1; });
   for (int k = 0; k < 5; ++k) localizer.add(drive().scans[k].scan);
   const Localization run = localizer.finish();
   ASSERT_EQ(run.phases.size(), 4U);
