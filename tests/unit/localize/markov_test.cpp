@@ -266,7 +266,7 @@ TEST(Markov, AScanThatSeesNothingMovesTheBeliefOnly) {
 }
 
 TEST(Markov, ALogIsLocalizedScanByScan) {
-  const Localizer localizer = markov(hall(), kOptions, {}, [] { return 1.0; });
+  const Localizer localizer = markov(hall(), kOptions, {.probation = 5}, [] { return 1.0; });
   Drive drive;
   Pose2 odometry;
   std::size_t scans = 0;
