@@ -65,7 +65,10 @@ Estimate FindAndTrack::begin(const FedScan& scan) {
   doubted_ = 0;
   FedScan here = scan;
   here.T_previous_robot = {};
-  return tracker_->add(here);
+  Estimate estimate = tracker_->add(here);
+  plausibility_.add(here, estimate.T_map_robot);
+  plausibility_.limit(estimate);
+  return estimate;
 }
 
 // Prior: the hypotheses as they were; a place that none of them foretold may be new.

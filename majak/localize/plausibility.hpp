@@ -16,7 +16,8 @@ namespace majak::localize {
 struct PlausibilityOptions {
   double step = 0.2;   ///< m driven between two looks ...
   double turn = 0.2;   ///< rad, ... or turned
-  int probation = 12;  ///< looks that must fit before a place just found is called ok
+  int probation = 12;  ///< looks at least before a place just found is called ok ...
+  double good = 0.12;  ///< ... and the mean misfit that they must come to
   int least = 3;       ///< looks before a place is given up
   double poor = 0.2;   ///< mean misfit from which on the health is degraded ...
   double lost = 0.32;  ///< ... and from which on the place is given up
@@ -46,6 +47,7 @@ class Plausibility {
   double way_ = 0, turned_ = 0;  // since the last look
   double misfit_ = 0;
   int looks_ = 0;
+  bool accepted_ = false;  // the probation is over
 };
 
 }  // namespace majak::localize
