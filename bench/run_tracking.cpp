@@ -30,6 +30,11 @@ struct Case {
   bool odometry = true;
   bool doors = false;  ///< half of them differ between map and drive
   double blocked = 0;  ///< share of beams that people stand in
+  // Sources of error that can be left out, one at a time.
+  bool moving = true;   ///< while the mirror turns
+  bool quantum = true;  ///< ranges in steps of 1 cm
+  bool spot = true;     ///< a beam is as wide as it is: mixed pixels
+  int beams = 181;
 };
 
 constexpr Case kCases[] = {
@@ -40,6 +45,10 @@ constexpr Case kCases[] = {
     {"the same without odometry", MapKind::of_a_run, true, false},
     {"doors", MapKind::of_a_run, true, true, true, 0},
     {"doors and people", MapKind::of_a_run, true, true, true, 0.3},
+    {"source: standing while the mirror turns", MapKind::exact, false, true, false, 0, false},
+    {"source: no steps of 1 cm", MapKind::exact, false, true, false, 0, true, false},
+    {"source: beams without width", MapKind::exact, false, true, false, 0, true, true, false},
+    {"source: none of the three", MapKind::exact, false, true, false, 0, false, false, false},
 };
 
 // ---- The building and its doors --------------------------------------------------------------
@@ -95,6 +104,9 @@ sim::SimulationOptions simulation(const Case& c, std::uint64_t seed) {
   sim::SimulationOptions options;
   options.seed = static_cast<int>(seed);
   if (!c.systematic) options.laser.systematic_error = 0;
+  if (!c.quantum) options.laser.quantum = 0;
+  if (!c.spot) options.laser.beam_width = 0;
+  options.beams = c.beams;
   return options;
 }
 
@@ -187,6 +199,19 @@ void block(Scan& scan, std::size_t number, double share, std::uint64_t seed) {
   }
 }
 
+/// The ranges as the robot would have read them had it stood at T_world_robot; no mixed pixels.
+void stand(Scan& scan, const sim::World& world, const Pose2& T_world_robot,
+           const sim::SimulationOptions& options, std::size_t number) {
+  const sensor::RangeNoise noise(options.laser, RandomStream(options.seed, 80));
+  const Pose2 T_world_laser = T_world_robot * scan.T_robot_laser;
+  for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
+    RandomStream random(static_cast<std::uint64_t>(options.seed), 81 + number, i);
+    const sim::Hit hit = world.cast(T_world_laser.translation(),
+                                    T_world_laser.theta + scan.angle(i), options.laser.max_range);
+    scan.ranges[i] = noise.simulate_range(hit.range, hit.incidence, hit.reflectivity, random);
+  }
+}
+
 struct Outcome {
   double square = 0, square_turn = 0;  // m^2, rad^2, means over the scans
   double bound = 0, bound_turn = 0;    // of the bound's covariance
@@ -209,8 +234,14 @@ Outcome run(const Case& c, const localize::TrackingOptions& options, std::uint64
   std::vector<Scan> scans;
   std::vector<Pose2> truth;
   std::vector<Event> events;
-  for (Event& event : sim::simulate(w.drive, path, drive)) {
+  std::vector<Event> simulated = sim::simulate(w.drive, path, drive);
+  for (std::size_t i = 0; i < simulated.size(); ++i) {
+    Event& event = simulated[i];
     if (auto* scan = std::get_if<Scan>(&event)) {
+      if (!c.moving)
+        for (const Event& other : simulated)
+          if (const auto* t = std::get_if<Truth>(&other); t && t->time == scan->time)
+            stand(*scan, w.drive, t->T_world_robot, drive, scans.size());
       if (c.blocked > 0) block(*scan, scans.size(), c.blocked, seed);
       if (!c.odometry) scan->T_odom_robot.reset();
       scans.push_back(*scan);
@@ -219,7 +250,9 @@ Outcome run(const Case& c, const localize::TrackingOptions& options, std::uint64
     if (std::holds_alternative<Odometry>(event) && !c.odometry) continue;
     events.push_back(std::move(event));
   }
-  auto localizer = localize::tracking(place, options, truth.front());
+  localize::TrackingOptions used = options;
+  if (!c.moving) used.mirror_turn = 0;
+  auto localizer = localize::tracking(place, used, truth.front());
   for (const Event& event : events) localizer.add(event);
   const auto result = localizer.finish();
   Outcome o;
