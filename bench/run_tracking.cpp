@@ -120,6 +120,11 @@ Site mapped(const sim::World& world, const sim::Path& path, const sim::Simulatio
       site.scans.back().estimate.T_map_robot = truth->T_world_robot;
     }
   }
+  for (std::size_t i = 0; i + 1 < site.scans.size(); ++i) {
+    Pose2& at = site.scans[i].estimate.T_map_robot;
+    const double period = to_seconds(site.scans[i + 1].scan.time - site.scans[i].scan.time);
+    at = at * exp((0.25 / 75 / period) * log(between(at, site.scans[i + 1].estimate.T_map_robot)));
+  }
   for (std::size_t i = 0; i < site.scans.size(); i += 4) site.scans[i].key = true;
   return site;
 }

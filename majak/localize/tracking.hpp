@@ -14,6 +14,7 @@
 #include "majak/localize/plausibility.hpp"
 #include "majak/localize/scan_feed.hpp"
 #include "majak/match/correlative.hpp"
+#include "majak/match/jackknife.hpp"
 #include "majak/match/point_to_line.hpp"
 #include "majak/match/range_offset.hpp"
 #include "majak/match/scan_points.hpp"
@@ -24,6 +25,7 @@ struct TrackingOptions {
   double start_sigma = 0.3;     ///< m, how well the start is known
   double start_turn = 0.2;      ///< rad
   double return_sigma = 0.03;   ///< m, of a return against the map; neighbours err together
+  double blocks = 8, least = 0.05, kb = 1, cau = 0.02;
   double map_sigma = 0.006;     ///< m, of the map itself, the same from scan to scan
   double map_turn = 0.001;      ///< rad
   double trusted_score = 0.75;  ///< share of returns on the map below which a window is searched
@@ -62,6 +64,7 @@ class Tracker {
   void search_window(const match::PosePrior& prior);
   double contradicted() const;
   void learn_offset();
+  void learn_noise(const match::Jackknife& seen);
   bool told_before(const Pose2& T_map_robot);
   void take(const Pose2& T_map_robot, const Mat3& covariance);
   void tell(Estimate& estimate) const;
@@ -81,6 +84,13 @@ class Tracker {
   Vec2 laser_ = Vec2::Zero();  ///< m, robot frame
   match::RangeOffset offset_;  ///< of the laser against the map, as learnt so far
   match::Match match_;
+  match::Spread head_on_, grazing_;
+  double place_share_ = 1, turn_share_ = 1;
+  double stray_place_ = 1, stray_turn_ = 1;
+  Mat3 honest_ = Mat3::Zero();
+  double offsets_ = 0, offset_weight_ = 0;
+  double om_ = 0, ov_ = 0, on_ = 0;
+  Mat3 by_range_ = Mat3::Zero();
   double nis_ = 0;
   int poor_ = 0;  ///< scans in a row that did not fit
   Pose2 rumour_;  ///< where the last scans said that the robot was put

@@ -80,15 +80,21 @@ void look_up(const map::SurfelMap& map, std::size_t n, float gate2, float inv_ca
   }
 }
 
-MAJAK_VECTORIZED void accumulate(const Pairs& p, std::size_t n, float inv_cauchy2,
-                                 NormalEquations& sum) {
+MAJAK_VECTORIZED void accumulate(const Pairs& p, std::size_t n, float inv_cauchy2, const Vec2& arm,
+                                 const ReturnNoise& noise, NormalEquations& sum) {
+  const auto lx = static_cast<float>(arm.x()), ly = static_cast<float>(arm.y());
+  const auto beam = static_cast<float>(noise.beam), surface = static_cast<float>(noise.surface),
+             spot = static_cast<float>(noise.spot);
   float h[11][kLanes] = {};
   for (std::size_t i = 0; i < n; i += kLanes) {
     for (int k = 0; k < kLanes; ++k) {
       const float nx = p.nx[i + k], ny = p.ny[i + k];
       const float r = nx * p.dx[i + k] + ny * p.dy[i + k];
       const float jt = ny * p.rx[i + k] - nx * p.ry[i + k];
-      const float w = p.on[i + k] / (1.0F + r * r * inv_cauchy2);
+      const float bx = p.rx[i + k] - lx, by = p.ry[i + k] - ly, b2 = bx * bx + by * by;
+      const float head_on = nx * bx + ny * by, c2 = head_on * head_on / (b2 + 1e-6F);
+      const float variance = beam * c2 + surface + spot * (b2 - head_on * head_on);
+      const float w = p.on[i + k] / (variance + r * r * inv_cauchy2);
       const float wx = w * nx, wy = w * ny, wt = w * jt;
       h[0][k] += wx * nx, h[1][k] += wx * ny, h[2][k] += wy * ny;
       h[3][k] += wx * jt, h[4][k] += wy * jt, h[5][k] += wt * jt;
@@ -115,7 +121,8 @@ NormalEquations collect(const ScanPoints& points, const map::SurfelMap& map, con
   const float inv_cauchy2 = 1.0F / (cauchy * cauchy);
   transform(points, pose, pairs);
   look_up(map, points.size(), gate * gate, inv_cauchy2, pairs, sum);
-  accumulate(pairs, points.size(), inv_cauchy2, sum);
+  const Pose2 turn{0, 0, pose.theta};
+  accumulate(pairs, points.size(), inv_cauchy2, turn * points.laser, options.noise, sum);
   return sum;
 }
 

@@ -9,6 +9,20 @@
 
 namespace majak::match {
 
+/// Variance of a return off its surface, as shares of AlignOptions::sigma^2: the error along the
+/// beam shows across the surface by the cosine of incidence, that of the surface fully.
+struct ReturnNoise {
+  double beam = 0;     ///< times cos^2
+  double surface = 1;  ///< the same for all
+  double spot = 0;     ///< 1/m^2, times sin^2 and the range squared: the spot has a width
+};
+
+/// Of a return that the laser saw along `way` (m, any frame that `normal`, unit, is in, too).
+inline double return_variance(const ReturnNoise& noise, const Vec2& normal, const Vec2& way) {
+  const double r2 = way.squaredNorm(), across = normal.dot(way), a2 = across * across;
+  return noise.beam * a2 / (r2 + 1e-6) + noise.surface + noise.spot * (r2 - a2);
+}
+
 struct AlignOptions {
   int max_iterations = 12;
   double gate = 0.30;          ///< m, pairs farther apart do not count, first iteration
@@ -18,6 +32,7 @@ struct AlignOptions {
   double cauchy = 0.04;        ///< m, the same once the pose has settled
   double full_range = 2.0;  ///< m, a return this far or farther counts fully, a nearer one by the
                             ///< square of its share
+  ReturnNoise noise;
   double tolerance = 2e-4;  ///< m (and rad times 5 m), a smaller step ends the iteration
 };
 

@@ -98,6 +98,7 @@ ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool 
   ScanPoints points;
   std::vector<int> beams;
   directions.update(scan);
+  points.laser = scan.T_robot_laser.translation();
   project(scan, options, directions, points, beams);
   if (!options.twist.isZero(0)) undo_motion(scan, options, beams, points);
   if (!with_normals) return points;

@@ -13,6 +13,7 @@ namespace majak::match {
 
 /// Points in the robot's frame (m), one array a coordinate so that loops vectorise.
 struct ScanPoints {
+  Vec2 laser = Vec2::Zero();  ///< m, where the beams begin
   std::vector<float> x, y;
   /// Unit normals. (0, 0): a small thing without a surface (a leg, a trunk), a point to be met
   /// itself; or a stray return of which nothing is known, see `target`.
