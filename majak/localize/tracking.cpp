@@ -23,7 +23,6 @@ constexpr double kAllowed = 16;         // squared Mahalanobis distance that is 
 constexpr double kContradicted = 0.10;  // share of returns from beyond walls
 constexpr double kWall = 0.4;           // m, by which they must be beyond
 constexpr double kOffsetMemory = 0.95;  // share of what is known that the next scan finds
-constexpr double kNoiseMemory = 0.98, kGain = 0.02;
 constexpr double kSame = 0.15;          // m, rad
 
 Vec3 difference(const Pose2& a, const Pose2& b) {
@@ -49,7 +48,7 @@ double innovation(const match::PosePrior& prior, const match::Match& match) {
 Tracker::Tracker(PlacePtr place, const TrackingOptions& options, const Pose2& start)
     : place_(std::move(place)), options_(options) {
   align_.sigma = options.return_sigma;
-  align_.cauchy = options.cau;
+  align_.cauchy = kTelling;
   estimate_.T_map_robot = start;
   covariance_ = start_information(options).inverse();
 }
@@ -85,9 +84,7 @@ void Tracker::predict() {
   turn.topLeftCorner<2, 2>() << c, -s, s, c;
   const Mat3 carried = swing * covariance_ * swing.transpose();
   predicted_covariance_ = carried + turn * motion_.covariance * turn.transpose();
-  const double p = std::sqrt(stray_place_);
-  turn = turn * Vec3(p, p, std::sqrt(stray_turn_)).asDiagonal();
-  honest_ = carried + turn * motion_.covariance * turn.transpose();
+  predicted_errors_ = carried + turn * errors_.of_wheels(motion_.covariance) * turn.transpose();
 }
 
 void Tracker::measure(const FedScan& scan) {
@@ -100,7 +97,7 @@ void Tracker::measure(const FedScan& scan) {
 }
 
 Estimate Tracker::correct() {
-  take(T_map_predicted_, honest_);
+  take(T_map_predicted_, predicted_errors_);
   match_ = {};
   nis_ = 0;
   jumped_ = false;
@@ -114,19 +111,8 @@ Estimate Tracker::correct() {
       told_ = 0;
     poor_ = match_.score < options_.lost_score ? poor_ + 1 : 0;
     if (poor_ == 0 && !jumped_) {
-      const auto seen = match::jackknife(points_, place_->surfaces, match_.T_map_robot, prior.information, align_, {(int)options_.blocks});
-      learn_noise(seen);
-      const Mat3 whole = (prior.information + match_.information).inverse();
-      const double p = std::sqrt(place_share_);
-      const Mat3 share = Vec3(p, p, std::sqrt(turn_share_)).asDiagonal();
-      take(match_.T_map_robot, whole * prior.information * honest_ * prior.information * whole +
-                                   share * (whole * match_.information * whole) * share);
-      const Vec3 c = difference(match_.T_map_robot, T_map_predicted_);
-      const Mat3 gained = predicted_covariance_ - whole;
-      stray_place_ += kGain * (c.head<2>().squaredNorm() / (gained(0, 0) + gained(1, 1)) - stray_place_);
-      stray_turn_ += kGain * (c.z() * c.z() / gained(2, 2) - stray_turn_);
+      fuse(prior);
       nis_ = innovation(prior, match_);
-      if (match_.score >= options_.trusted_score) learn_offset();
     }
   }
   tell(estimate_);
@@ -137,41 +123,29 @@ Estimate Tracker::correct() {
 void Tracker::learn_offset() {
   if (options_.offset_sigma <= 0) return;
   const auto seen =
-      match::range_offset(points_, place_->surfaces, estimate_.T_map_robot, laser_, align_);
+      match::range_offset(points_, place_->surfaces, match_.T_map_robot, laser_, align_);
   const double least = 1 / (options_.offset_sigma * options_.offset_sigma);
   const double known = std::max(kOffsetMemory * offset_.information, least);
   offset_.information = known + seen.information;
   offset_.offset += seen.information / offset_.information * seen.offset;
 }
 
-void add(match::Spread& sum, const match::Spread& seen) {
-  sum.weight = kNoiseMemory * sum.weight + seen.weight;
-  sum.square = kNoiseMemory * sum.square + seen.square;
-  sum.cos2 = kNoiseMemory * sum.cos2 + seen.cos2;
-}
-
-void Tracker::learn_noise(const match::Jackknife& seen) {
-  const double claimed = seen.claimed(0, 0) + seen.claimed(1, 1);
-  if (!(claimed > 0)) return;
-  place_share_ += kGain * ((seen.covariance(0, 0) + seen.covariance(1, 1)) / claimed - place_share_);
-  turn_share_ += kGain * (seen.covariance(2, 2) / seen.claimed(2, 2) - turn_share_);
-  offsets_ = kNoiseMemory * offsets_ + seen.offsets;
-  offset_weight_ = kNoiseMemory * offset_weight_ + seen.offset_weight;
-  on_ += 1;
-  const double g = std::max(1 / on_, 0.002), od = offset_.offset - om_;
-  om_ += g * od;
-  ov_ += g * ((1 - g) * od * od - ov_);
-  by_range_ = (std::max(0.0, offsets_ / offset_weight_) + ov_) * seen.by_range;
-  localize::add(head_on_, seen.head_on);
-  localize::add(grazing_, seen.grazing);
-  if (head_on_.weight < 500 || grazing_.weight < 500) return;
-  const double v1 = head_on_.square / head_on_.weight, v2 = grazing_.square / grazing_.weight;
-  const double c1 = head_on_.cos2 / head_on_.weight, c2 = grazing_.cos2 / grazing_.weight;
-  const double beam = std::max(0.0, (v1 - v2) / (c1 - c2));
-  const double all = v1 + beam * (1 - c1);
-  const double surface = std::max(options_.least, 1 - beam / all);
-  align_.noise = {1 - surface, surface, 0};
-  if (getenv("SHOW")) fprintf(stderr, "%.4f %.4f share %.3f place %.3f turn %.3f offset %.5f ov %.5f stray %.3f %.3f\n", std::sqrt(v1), std::sqrt(v2), surface, place_share_, turn_share_, std::sqrt(std::max(0.0,offsets_/offset_weight_)), std::sqrt(ov_), stray_place_, stray_turn_);
+// The weights are those of the matching, so the covariance is that of a weighted mean whose parts
+// err as they were found to: A^-1 (W P W + H C H) A^-1 with weights W, H and A = W + H.
+void Tracker::fuse(const match::PosePrior& prior) {
+  const Mat3 claimed = (prior.information + match_.information).inverse();
+  const Mat3 held = claimed * prior.information;
+  errors_.learn_wheels(difference(match_.T_map_robot, T_map_predicted_),
+                       predicted_covariance_ - claimed);
+  if (match_.score >= options_.trusted_score) {
+    learn_offset();
+    errors_.learn_scan(match::jackknife(points_, place_->surfaces, match_.T_map_robot,
+                                        prior.information, align_, {}),
+                       offset_.offset);
+    align_.noise = errors_.returns();
+  }
+  take(match_.T_map_robot, held * predicted_errors_ * held.transpose() +
+                               errors_.of_scan(claimed * match_.information * claimed));
 }
 
 void Tracker::take(const Pose2& T_map_robot, const Mat3& covariance) {
@@ -179,12 +153,12 @@ void Tracker::take(const Pose2& T_map_robot, const Mat3& covariance) {
   covariance_ = covariance;
 }
 
-// What the map and the laser err by from scan to scan alike is told, but not remembered: the next
+// What the laser errs by from scan to scan alike is told, but not remembered: the next
 // scan does not make it less.
 void Tracker::tell(Estimate& estimate) const {
   estimate.health = Health::ok;
   estimate.weak_direction = Vec2::Zero();
-  estimate.covariance = covariance_ + options_.kb * by_range_;
+  estimate.covariance = covariance_ + errors_.of_ranges();
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
   axes.computeDirect(estimate.covariance.topLeftCorner<2, 2>());
   if (axes.eigenvalues()(1) > kWeak * kWeak) {
@@ -276,12 +250,6 @@ void describe(OptionFields& f, TrackingOptions& o) {
   f.add("tracking.start_sigma", o.start_sigma, {"m", "how well the start is known", 0.001, 10});
   f.add("tracking.start_turn", o.start_turn, {"rad", "how well the start is known", 0.001, 4});
   f.add("tracking.return_sigma", o.return_sigma, {"m", "of a return against the map", 0.001, 1});
-  f.add("tracking.blocks", o.blocks, {"1", "x", 0, 100});
-  f.add("tracking.kb", o.kb, {"1", "x", 0, 100});
-  f.add("tracking.least", o.least, {"1", "x", 0, 100});
-  f.add("tracking.cau", o.cau, {"1", "x", 0, 100});
-  f.add("tracking.map_sigma", o.map_sigma, {"m", "of the map itself", 0, 1});
-  f.add("tracking.map_turn", o.map_turn, {"rad", "of the map itself", 0, 1});
   f.add("tracking.trusted_score", o.trusted_score,
         {"1", "share of returns on the map below which a window is searched", 0, 1});
   f.add("tracking.lost_score", o.lost_score, {"1", "share below which the robot is lost", 0, 1});

@@ -13,8 +13,8 @@
 #include "majak/localize/place.hpp"
 #include "majak/localize/plausibility.hpp"
 #include "majak/localize/scan_feed.hpp"
+#include "majak/localize/tracking_errors.hpp"
 #include "majak/match/correlative.hpp"
-#include "majak/match/jackknife.hpp"
 #include "majak/match/point_to_line.hpp"
 #include "majak/match/range_offset.hpp"
 #include "majak/match/scan_points.hpp"
@@ -24,10 +24,8 @@ namespace majak::localize {
 struct TrackingOptions {
   double start_sigma = 0.3;     ///< m, how well the start is known
   double start_turn = 0.2;      ///< rad
-  double return_sigma = 0.03;   ///< m, of a return against the map; neighbours err together
-  double blocks = 8, least = 0.05, kb = 1, cau = 0.02;
-  double map_sigma = 0.006;     ///< m, of the map itself, the same from scan to scan
-  double map_turn = 0.001;      ///< rad
+  double return_sigma = 0.03;   ///< m, of a return against the map, for its weight; not for the
+                                ///< covariance
   double trusted_score = 0.75;  ///< share of returns on the map below which a window is searched
   double lost_score = 0.45;     ///< share below which, for `patience` scans, the robot is lost
   int patience = 3;
@@ -64,7 +62,7 @@ class Tracker {
   void search_window(const match::PosePrior& prior);
   double contradicted() const;
   void learn_offset();
-  void learn_noise(const match::Jackknife& seen);
+  void fuse(const match::PosePrior& prior);
   bool told_before(const Pose2& T_map_robot);
   void take(const Pose2& T_map_robot, const Mat3& covariance);
   void tell(Estimate& estimate) const;
@@ -74,23 +72,18 @@ class Tracker {
   match::AlignOptions align_;
   match::BeamDirections directions_;
   Estimate estimate_;
-  Mat3 covariance_;  ///< map axes at the robot, without what the map itself errs by
+  Mat3 covariance_;  ///< map axes at the robot, without TrackingErrors::of_ranges
   FedScan motion_;
   double period_ = 0;          ///< s between scans, running mean
   Vec3 twist_ = Vec3::Zero();  ///< m/s, rad/s, robot axes
   Pose2 T_map_predicted_;
-  Mat3 predicted_covariance_ = Mat3::Zero();
+  Mat3 predicted_covariance_ = Mat3::Zero();  ///< as the wheels claim it; weighs the correction
+  Mat3 predicted_errors_ = Mat3::Zero();      ///< as they turned out to err
   match::ScanPoints points_;
   Vec2 laser_ = Vec2::Zero();  ///< m, robot frame
+  TrackingErrors errors_;
   match::RangeOffset offset_;  ///< of the laser against the map, as learnt so far
   match::Match match_;
-  match::Spread head_on_, grazing_;
-  double place_share_ = 1, turn_share_ = 1;
-  double stray_place_ = 1, stray_turn_ = 1;
-  Mat3 honest_ = Mat3::Zero();
-  double offsets_ = 0, offset_weight_ = 0;
-  double om_ = 0, ov_ = 0, on_ = 0;
-  Mat3 by_range_ = Mat3::Zero();
   double nis_ = 0;
   int poor_ = 0;  ///< scans in a row that did not fit
   Pose2 rumour_;  ///< where the last scans said that the robot was put

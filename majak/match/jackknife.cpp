@@ -27,9 +27,8 @@ struct Block {
 
 // As in align(), without the points that have no surface.
 std::vector<Block> blocks_of(const ScanPoints& points, const map::SurfelMap& map,
-                             const Pose2& T_map_robot, const AlignOptions& align,
-                             std::size_t count, Jackknife& result,
-                             std::array<Octave, kOctaves>& octaves) {
+                             const Pose2& T_map_robot, const AlignOptions& align, std::size_t count,
+                             Jackknife& result, std::array<Octave, kOctaves>& octaves) {
   std::vector<Block> blocks(count);
   const Vec2 robot = T_map_robot.translation(), from = T_map_robot * points.laser;
   const double c = std::cos(T_map_robot.theta), s = std::sin(T_map_robot.theta);
@@ -47,16 +46,16 @@ std::vector<Block> blocks_of(const ScanPoints& points, const map::SurfelMap& map
                      (return_variance(align.noise, n, p - from) +
                       residual * residual / (align.cauchy * align.cauchy));
     const Vec3 j(n.x(), n.y(), n.y() * r.x() - n.x() * r.y());
-    const double cos2 = std::pow(n.dot((p - from).normalized()), 2);
+    const Vec2 way = p - from;
+    const double range = way.norm(), across = range > 0 ? n.dot(way) / range : 0;
+    const double cos2 = across * across;
     if (cos2 > kHeadOn || cos2 < kGrazing) {
       const double told = near * near / (1 + residual * residual / (kOutlier * kOutlier));
       Spread& spread = cos2 > kHeadOn ? result.head_on : result.grazing;
       spread.weight += told, spread.square += told * residual * residual;
       spread.cos2 += told * cos2;
     }
-    const Vec2 way = p - from;
-    const double across = n.dot(way.normalized());
-    const int at = std::clamp(static_cast<int>(std::floor(std::log2(way.norm()))) + 1, 0, kOctaves - 1);
+    const int at = std::clamp(range > 0 ? std::ilogb(range) + 1 : 0, 0, kOctaves - 1);
     Octave& octave = octaves[static_cast<std::size_t>(at)];
     octave.pull += w * across * j;
     octave.information += w * across * across;
@@ -92,17 +91,17 @@ Jackknife jackknife(const ScanPoints& points, const map::SurfelMap& map, const P
   // A step of the laser's error at the lower end of octave k is in all octaves from there on. What
   // is common to all is learnt elsewhere; what the pose takes up is not seen.
   for (const Octave& o : octaves)
-    if (o.information > 0) result.offsets += (o.gradient * o.gradient - o.noise) / o.information;
+    if (o.information > 0) result.steps += (o.gradient * o.gradient - o.noise) / o.information;
   Vec3 pull = Vec3::Zero();
   for (std::size_t k = kOctaves - 1; k > 0; --k) {
     pull += octaves[k].pull;
     const Vec3 moved = inverse * pull;
-    result.by_range += moved * moved.transpose();
+    result.by_step += moved * moved.transpose();
     for (std::size_t at = 0; at < kOctaves; ++at) {
       const Octave& o = octaves[at];
       if (!(o.information > 0)) continue;
       const double left = (at >= k) - o.pull.dot(moved) / o.information;
-      result.offset_weight += o.information * left * left;
+      result.steps_weight += o.information * left * left;
     }
   }
   return result;

@@ -13,7 +13,7 @@
 namespace majak::match {
 
 struct JackknifeOptions {
-  int blocks = 8;  ///< into which the points are cut, in the order of the beams
+  int blocks = 8;  ///< into which the points are cut, in the order of the beams, 2 ... 1000
 };
 
 /// Squared residuals (m^2) of returns of alike incidence, weighted, and the cos^2 of it.
@@ -23,12 +23,12 @@ struct Spread {
 
 struct Jackknife {
   Mat3 covariance = Mat3::Zero();  ///< of the pose, map axes at the robot, as the residuals show it
-  Mat3 claimed = Mat3::Zero();     ///< the same if each return erred on its own by AlignOptions::sigma
-  Spread head_on, grazing;
-  /// What the pose moves by if all ranges of an octave (1 to 2 m, 2 to 4 m ...) read one metre too
-  /// long, squared, summed over the octaves.
-  Mat3 by_range = Mat3::Zero();
-  double offsets = 0, offset_weight = 0;  ///< m^2: of the octaves' own offsets, without noise
+  Mat3 claimed = Mat3::Zero();  ///< the same if each return erred on its own by AlignOptions::sigma
+  Spread head_on, grazing;      ///< within 30 degrees of the normal; more than 60 off it
+  // The laser's error may take a step at each doubling of the range, from 0.5 m on.
+  Mat3 by_step = Mat3::Zero();  ///< covariance of the pose for steps of 1 m, one sigma
+  double steps = 0,
+         steps_weight = 0;  ///< their ratio: a step's variance as this scan shows it, m^2
 };
 
 /// At the pose where `points` were aligned. `held`: information of the prior, that holds the pose
