@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <vector>
 
+#include "majak/core/random.hpp"
 #include "tests/support/ascii_map.hpp"
 #include "tests/support/ascii_room.hpp"
 #include "tests/unit/localize/known_drive.hpp"
@@ -124,6 +126,72 @@ TEST(Tracking, PhasesAreTimedByTheClockThatIsGiven) {
   ASSERT_EQ(run.phases.size(), 4U);
   for (const PhaseTime& phase : run.phases) EXPECT_EQ(phase.seconds, 5) << phase.name;
   EXPECT_EQ(run.innovations.size(), 5U);
+}
+
+// A room and its copy one metre further: a scan of `elsewhere` fits the prediction badly and
+// another place of the window better, but not so well that it would be believed at once.
+TEST(Tracking, AJumpIsBelievedAfterTwentyScansThatAgree) {
+  const Pose2 truth = room().pose('a', 0.3);
+  const PlacePtr place = place_seen(room(), {truth, {3, 1, 0}, {6.5, 2, 0}});
+  const auto jumped_after = [&](int witnesses) {
+    TrackingOptions options;
+    options.witnesses = witnesses;
+    options.trusted_score = 0.95;
+    Tracker tracker(place, options, truth);
+    for (int k = 0; k < 5; ++k)
+      tracker.add(fed(room().scan(truth, fixture::all_around()), {}, 0.005));
+    const Pose2 put = truth * Pose2{0.45, 0, 0.1};
+    Scan scan = room().scan(put, fixture::all_around());
+    for (std::size_t i = 0; i < scan.ranges.size(); i += 4) scan.ranges[i] *= 0.5F;  // people
+    for (int k = 1; k <= 60; ++k) {
+      const Estimate e = tracker.add(fed(scan, {}, 0.001));
+      if ((e.T_map_robot.translation() - put.translation()).norm() < 0.05) return k;
+    }
+    return 0;
+  };
+  EXPECT_EQ(jumped_after(20), 20);
+  EXPECT_EQ(jumped_after(7), 7);
+}
+
+TEST(Tracking, CovarianceFollowsTheNoiseOfTheLaser) {
+  const Pose2 truth = room().pose('a', 0.3);
+  const PlacePtr place = place_seen(room(), {truth, {3, 1, 0}, {6.5, 2, 0}});
+  const auto spread = [&](double noise) {
+    Tracker tracker(place, {}, truth);
+    Estimate e;
+    for (int k = 0; k < 300; ++k) {
+      fixture::Laser laser = fixture::all_around();
+      laser.noise = noise, laser.seed = k;
+      e = tracker.add(fed(room().scan(truth, laser), {}, 0.02));
+    }
+    return e.covariance;
+  };
+  const Mat3 quiet = spread(0.003), loud = spread(0.012);
+  EXPECT_GT(loud(0, 0), 3 * quiet(0, 0));
+  EXPECT_GT(loud(2, 2), 3 * quiet(2, 2));
+}
+
+TEST(Tracking, WithinTheChiSquareBandWhereTheMapIsExact) {
+  const Pose2 truth = room().pose('a', 0.3);
+  const PlacePtr place = place_seen(room(), {truth, {3, 1, 0}, {6.5, 2, 0}});
+  RandomStream random(9);
+  double nees = 0, n = 0;
+  for (int run = 0; run < 4; ++run) {
+    Tracker tracker(place, {}, truth);
+    for (int k = 0; k < 400; ++k) {
+      fixture::Laser laser = fixture::all_around();
+      laser.noise = 0.01, laser.seed = 1000 * run + k;
+      const double s = 0.002;
+      const Pose2 odometry{s * random.normal(), s * random.normal(), s * random.normal()};
+      const Estimate e = tracker.add(fed(room().scan(truth, laser), odometry, 0.02));
+      if (k < 100) continue;
+      const Vec3 off(e.T_map_robot.x - truth.x, e.T_map_robot.y - truth.y,
+                     angle_diff(e.T_map_robot.theta, truth.theta));
+      nees += off.dot(e.covariance.inverse() * off), n += 1;
+    }
+  }
+  EXPECT_GT(nees / n, 1.0);
+  EXPECT_LT(nees / n, 3.7);
 }
 
 }  // namespace

@@ -290,5 +290,60 @@ TEST(ScanPoints, AddToMovesTargetsAndTheirNormals) {
   EXPECT_EQ(map.surfel(1).ny, 0);
 }
 
+// ---- De-skew ---------------------------------------------------------------------------------
+
+TEST(BeamTime, OneTurnForBeamsOfADegreeSeveralForFiner) {
+  constexpr double kTurn = 1.0 / 75;
+  Scan scan;
+  scan.angle_step = radians(1.0);
+  EXPECT_EQ(beam_time(scan, 0, kTurn), 0);
+  EXPECT_NEAR(beam_time(scan, 180, kTurn), kTurn / 2, 1e-12);
+  scan.angle_step = -radians(1.0);
+  EXPECT_NEAR(beam_time(scan, 180, kTurn), kTurn / 2, 1e-12) << "turning the other way";
+  scan.angle_step = radians(0.25);
+  EXPECT_NEAR(beam_time(scan, 1, kTurn), kTurn * (1 + 0.25 / 360), 1e-12);
+  EXPECT_NEAR(beam_time(scan, 4, kTurn), kTurn * 1.0 / 360, 1e-12) << "again in the first turn";
+}
+
+TEST(Deskew, AStandingRobotOrAMirrorWithoutTimeChangesNothing) {
+  RandomStream r(21);
+  const Scan scan = random_scan(r);
+  const ScanPoints plain = scan_points(scan, {}, false);
+  ScanPointsOptions standing, at_once;
+  standing.mirror_turn = 0.1;
+  at_once.twist = {1, -2, 3}, at_once.mirror_turn = 0;
+  for (const auto& options : {standing, at_once}) {
+    const ScanPoints same = scan_points(scan, options, false);
+    EXPECT_EQ(same.x, plain.x);
+    EXPECT_EQ(same.y, plain.y);
+  }
+}
+
+TEST(Deskew, MovesEachBeamByWhereTheRobotWasThen) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    RandomStream r(22, seed);
+    const Scan scan = random_scan(r);
+    ScanPointsOptions options;
+    options.twist = {r.uniform(-1, 1), r.uniform(-0.2, 0.2), r.uniform(-1, 1)};
+    const ScanPoints fast = scan_points(scan, options, false);
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
+      const float range = scan.ranges[i];
+      if (!(range > options.min_range && range < options.max_range)) continue;
+      const double t = beam_time(scan, i, options.mirror_turn), angle = scan.angle(i);
+      const Vec2 laser =
+          scan.T_robot_laser * Vec2(range * std::cos(angle), range * std::sin(angle));
+      const Vec2 slow = exp(t * options.twist) * laser;
+      // To first order: half the square of the turn, and of turn and way, is left.
+      const double turned = t * std::abs(options.twist.z()), moved = 1.1 * t;
+      const double left = 0.5 * turned * (turned * laser.norm() + moved) + 1e-5;
+      EXPECT_NEAR(fast.x[at], slow.x(), left);
+      EXPECT_NEAR(fast.y[at], slow.y(), left);
+      ++at;
+    }
+    EXPECT_EQ(at, fast.size());
+  }
+}
+
 }  // namespace
 }  // namespace majak::match
