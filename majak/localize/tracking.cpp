@@ -135,9 +135,9 @@ void Tracker::learn_offset() {
 void Tracker::fuse(const match::PosePrior& prior) {
   const Mat3 claimed = (prior.information + match_.information).inverse();
   const Mat3 held = claimed * prior.information;
-  errors_.learn_wheels(difference(match_.T_map_robot, T_map_predicted_),
-                       predicted_covariance_ - claimed);
   if (match_.score >= options_.trusted_score) {
+    errors_.learn_wheels(difference(match_.T_map_robot, T_map_predicted_),
+                         predicted_covariance_ - claimed);
     learn_offset();
     errors_.learn_scan(match::jackknife(points_, place_->surfaces, match_.T_map_robot,
                                         prior.information, align_, {}),
