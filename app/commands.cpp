@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/calibrate.hpp"
+#include "app/compare.hpp"
 #include "app/convert.hpp"
 #include "app/emulate.hpp"
 #include "app/evaluate.hpp"
@@ -38,6 +39,7 @@ class FirstLines : public CLI::Formatter {
 void add_commands(CLI::App& app) {
   add_map(app);
   add_localize(app);
+  add_compare(app);
   add_calibrate(app);
   add_info(app);
   add_record(app);

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "app/input.hpp"
+#include "app/known_place.hpp"
 #include "app/live.hpp"
 #include "app/log_options.hpp"
 #include "app/progress.hpp"
@@ -25,8 +26,6 @@
 #include "majak/eval/ate_rpe.hpp"
 #include "majak/io/atomic_file.hpp"
 #include "majak/io/beacon_map.hpp"
-#include "majak/io/known_map_files.hpp"
-#include "majak/io/number.hpp"
 #include "majak/io/options_file.hpp"
 #include "majak/io/source.hpp"
 #include "majak/io/summary.hpp"
@@ -107,30 +106,10 @@ std::string default_folder(const fs::path& log) {
   return name.string() + "-localize";
 }
 
-/// "x,y,degrees".
-Pose2 start_pose(const std::string& text) {
-  double v[3] = {};
-  const char *p = text.c_str(), *const end = p + text.size();
-  for (int i = 0; i < 3 && p != nullptr; ++i) {
-    p = io::parse_decimal(p, end, v[i]);
-    if (p != nullptr && i < 2) p = *p == ',' ? p + 1 : nullptr;
-  }
-  const Pose2 pose{v[0], v[1], radians(v[2])};
-  if (p != end || !pose.finite())
-    throw Error(fmt::format(
-        "--start {}: write x, y in m and the heading in degrees, as in 2.5,1,90", text));
-  return {pose.x, pose.y, wrap_angle(pose.theta)};
-}
-
 void read_place(LocalizeCommand& o) {
-  const io::MapInput input = io::read_map(o.map, o.map_resolution);
-  o.T_world_map = input.T_world_map;
-  try {
-    o.options.place =
-        input.site ? localize::place_of(*input.site) : localize::place_of(*input.known);
-  } catch (const Error& e) {  // it does not know which file this is
-    throw Error(fmt::format("{}: {}", o.map, e.what()));
-  }
+  const KnownPlace known = read_known_place(o.map, o.map_resolution);
+  o.options.place = known.place;
+  o.T_world_map = known.T_world_map;
 }
 
 /// Out of the map's own frame.

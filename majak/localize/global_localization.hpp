@@ -22,6 +22,8 @@ struct GlobalOptions {
   double elsewhere = 0.3;  ///< mean likelihood of a place that the map does not show
 };
 
+void describe(OptionFields& fields, GlobalOptions& options);
+
 struct FoundPlace : Hypothesis {
   double score = 0;  ///< share of returns that lie on the map
   PoseFit fit;

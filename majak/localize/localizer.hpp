@@ -3,6 +3,8 @@
 // events in the log's order and asks for the whole path at the end; methods/ makes them by name.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -57,6 +59,9 @@ struct Localization {
   std::vector<LearntValue> learnt;
   std::vector<HypothesesAt> hypotheses;
   std::vector<PhaseTime> phases;
+  /// Memory of the belief after each estimate; empty: it is the estimate and the hypotheses.
+  std::vector<std::size_t> belief_bytes;
+  std::int64_t updates = 0;  ///< scans that were weighed; 0: all of them
   Report report;
 };
 

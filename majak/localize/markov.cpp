@@ -232,6 +232,8 @@ Localizer markov(const PlacePtr& place, const MarkovOptions& options,
     Estimate estimate = markov.add(scan);
     if (result.phases.empty()) result.phases = {{"update", 0}};
     result.phases[0].seconds += (clock ? clock() : 0) - begin;
+    result.belief_bytes.push_back(markov.bytes());
+    result.updates = markov.updates();
     // A cell is too wide to judge wheels by; a habit needs whatever there is.
     const bool trusted = !scan.by_wheels && estimate.health == Health::ok;
     watch.add(scan, estimate.T_map_robot);

@@ -260,6 +260,10 @@ Hypothesis MonteCarlo::take_cluster(std::size_t seed) {
   return cluster;
 }
 
+std::size_t MonteCarlo::bytes() const {
+  return weights_.size() * (4 * sizeof(float) + sizeof(double));
+}
+
 // At the last update, carried on by the wheels since.
 Estimate MonteCarlo::estimate() const {
   const Hypothesis& best = clusters_.front();

@@ -9,6 +9,7 @@
 //   while (const auto scan = feed.next()) estimate = filter.add(*scan);
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -72,6 +73,7 @@ class MonteCarlo {
   }  ///< of these, sum 1; equal after resampling
   /// Particles that stand together; the heaviest first, until a twentieth is left.
   const std::vector<Hypothesis>& clusters() const { return clusters_; }
+  std::size_t bytes() const;  ///< of the belief: four floats a pose, and a weight
   int updates() const { return updates_; }
   bool updated() const { return updated_; }  ///< by the last scan, or moved on only
   /// nat a beam below a perfect fit, where the particles are believed to be: at the last update, in

@@ -26,6 +26,8 @@ Localizer monte_carlo(const PlacePtr& place, const MonteCarloOptions& options, c
       return {estimate, false};
     }
     if (filter.updated()) result.hypotheses.push_back({estimate.time, filter.clusters()});
+    result.belief_bytes.push_back(filter.bytes());
+    result.updates = filter.updates();
     // Its steps are no measure of the wheels: neighbouring estimates err apart.
     return {estimate, trusted};
   });

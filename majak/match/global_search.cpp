@@ -212,7 +212,7 @@ GlobalSearchResult GlobalSearch::find(const Beams& beams) const {
   std::uint32_t limit = 0;
   for (std::size_t kept = 0; limit < worst; ++limit) {
     kept += histogram[limit];
-    if (kept > options_.blocks) break;
+    if (kept > static_cast<std::size_t>(options_.blocks)) break;
   }
   Queue queue(worst);
   for (std::size_t h = 0; h < headings.size(); ++h)
@@ -250,7 +250,7 @@ GlobalSearchResult GlobalSearch::find(const Beams& beams) const {
       if (static_cast<int>(result.places.size()) == options_.most) break;
       continue;
     }
-    if (result.evaluated > options_.blocks) {
+    if (result.evaluated > static_cast<std::size_t>(options_.blocks)) {
       result.complete = false;
       break;
     }

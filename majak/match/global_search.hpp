@@ -16,16 +16,16 @@
 namespace majak::match {
 
 struct GlobalSearchOptions {
-  double cell = 0.10;           ///< m, of the finest grid searched
-  double sigma = 0.12;          ///< m, of a return off its surface
-  double random = 0.05;         ///< likelihood of any return against that of a perfect one
-  double reach = 25;            ///< m, returns farther off are left out
-  int returns = 60;             ///< of a scan that are looked at
-  int most = 40;                ///< places that are told
-  double apart = 0.8;           ///< m; nearer ones are one place
-  double apart_turn = 0.35;     ///< rad
-  double worse = 0.30;          ///< places whose mean fit is worse by more than this are not told
-  std::size_t blocks = 400000;  ///< opened at most; what is left then is counted as not searched
+  double cell = 0.10;        ///< m, of the finest grid searched
+  double sigma = 0.12;       ///< m, of a return off its surface
+  double random = 0.05;      ///< likelihood of any return against that of a perfect one
+  double reach = 25;         ///< m, returns farther off are left out
+  int returns = 60;          ///< of a scan that are looked at; 250 at most
+  int most = 40;             ///< places that are told
+  double apart = 0.8;        ///< m; nearer ones are one place
+  double apart_turn = 0.35;  ///< rad
+  double worse = 0.30;       ///< places whose mean fit is worse by more than this are not told
+  int blocks = 400000;       ///< opened at most; what is left then is counted as not searched
 };
 
 /// A place that fits. `fit`: mean likelihood of the returns against that of perfect ones, as a

@@ -34,7 +34,8 @@ const Method kMethods[] = {
      "--beacons FILE, and scans with intensities or sightings", "a pose for each moment by itself",
      [](const LocalizeOptions& o) {
        return localize::beacons(o.beacons, {.reflectors = o.reflectors});
-     }},
+     },
+     false, false},
     {"kalman", "Kalman filter, p. 21",
      "odometry, or wheel speed and steering; satellite fixes or --beacons FILE to correct them",
      "smoothed trajectory with covariance, what the wheels count wrongly",
@@ -51,26 +52,30 @@ const Method kMethods[] = {
     {"global", "global methods, p. 21", "--map MAP, scans; odometry helps",
      "the place found by itself, then tracked, found again when lost; hypotheses",
      [](const LocalizeOptions& o) {
-       return localize::find_and_track(place_of(o, "global"), {}, o.tracking, o.find,
+       return localize::find_and_track(place_of(o, "global"), o.global, o.tracking, o.find,
                                        o.plausibility);
-     }},
+     },
+     true, false},
     {"tracking", "local methods, p. 21", "--map MAP, --start, scans; odometry helps",
      "trajectory with covariance",
      [](const LocalizeOptions& o) {
        return localize::tracking(place_of(o, "tracking"), o.tracking, o.start, o.plausibility,
                                  o.clock);
-     }},
+     },
+     true, true},
     {"monte-carlo", "Monte Carlo localization, p. 22", "--map MAP, scans; odometry helps",
      "trajectory with covariance, from no start at all",
      [](const LocalizeOptions& o) {
        return localize::monte_carlo(place_of(o, "monte-carlo"), o.monte_carlo, o.start,
                                     o.plausibility);
-     }},
+     },
+     true, false},
     {"markov", "Markov localization, p. 24", "--map MAP, scans; odometry helps",
      "trajectory with covariance, from anywhere and without a start",
      [](const LocalizeOptions& o) {
        return localize::markov(place_of(o, "markov"), o.markov, o.plausibility, o.clock);
-     }},
+     },
+     true, false},
 };
 
 }  // namespace
@@ -82,6 +87,7 @@ void describe(OptionFields& fields, LocalizeOptions& o) {
   localize::describe(fields, o.dead_reckoning);
   localize::describe(fields, o.kalman);
   localize::describe(fields, o.tracking);
+  localize::describe(fields, o.global);
   localize::describe(fields, o.find);
   localize::describe(fields, o.monte_carlo);
   localize::describe(fields, o.markov);

@@ -27,6 +27,7 @@ struct LocalizeOptions {
   localize::DeadReckoningOptions dead_reckoning;
   localize::KalmanOptions kalman;
   localize::TrackingOptions tracking;
+  localize::GlobalOptions global;
   localize::FindOptions find;
   localize::MonteCarloOptions monte_carlo;
   localize::MarkovOptions markov;
@@ -46,6 +47,8 @@ struct Method {
   const char* needs;          ///< for people: "odometry, or wheel speed and steering"
   const char* yields;         ///< for people: "trajectory with covariance"
   localize::Localizer (*make)(const LocalizeOptions& options);
+  bool on_map = false;  ///< works on a known map
+  bool told = true;     ///< begins where `start` says
 };
 
 std::span<const Method> methods();
