@@ -14,7 +14,7 @@ namespace {
 constexpr double kWallStep = 0.08, kThin = 0.03;     // m
 constexpr double kGap = 1.5;                         // m between poses that are not joined
 constexpr double kRow = 25, kMargins = 46;           // points, of a row and around the rows
-constexpr double kBars = 0.30, kLongest = 0.50;      // where bars begin, and how long they grow
+constexpr double kBars = 0.30, kLongest = 0.42;      // where bars begin, and how long they grow
 constexpr double kThick = 0.3;                       // half of a bar, in rows
 constexpr double kBarsWidth = 480, kMapWidth = 760;  // points
 constexpr Colour kInks[] = {ink::blue, ink::red, ink::green, ink::orange, ink::purple, ink::sky};
@@ -169,11 +169,11 @@ std::string count_text(const std::optional<int>& count) {
 }
 
 std::string known_text(const eval::MethodResult& r) {
-  std::string text = r.told ? "told where" : "found after " + count_text(r.found);
-  if (!r.recovery) return text;
-  if (!r.recovery->knew) return text + "; not known before the jump";
-  return text + fmt::format("; carried: lost {}, right {}", count_text(r.recovery->told_lost),
-                            count_text(r.recovery->right_again));
+  const std::string found = r.told ? "told where" : "found " + count_text(r.found);
+  if (!r.recovery) return found;
+  if (!r.recovery->knew) return found + "; not known before";
+  return found + fmt::format("; lost {}, right {}", count_text(r.recovery->told_lost),
+                             count_text(r.recovery->right_again));
 }
 
 /// All but the health.
@@ -193,7 +193,7 @@ std::vector<std::pair<std::string, std::vector<Bar>>> quantities(const eval::Com
   return {{"error (m): median, 95 %", error},
           {"CPU time a scan (ms)", time},
           {"memory of the belief: median, at most", memory},
-          {"updates until it knew (of 0.2 m or 0.2 rad)", known}};
+          {"updates until found; carried away: until lost, right", known}};
 }
 
 }  // namespace

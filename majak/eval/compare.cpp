@@ -204,7 +204,9 @@ Comparison compare(const CompareInput& in, const std::vector<std::string>& names
   comparison.splice = splice(in.events, way, in.how.apart);
   for (const std::string& name : names) {
     const methods::Method& method = methods::method(name);
-    MethodResult r{.method = name, .told = method.told};
+    MethodResult r;
+    r.method = name;
+    r.told = method.told;
     Timed timed = run(in, method, in.events);
     auto bytes = belief_bytes(timed.result);
     std::sort(bytes.begin(), bytes.end());

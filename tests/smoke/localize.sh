@@ -48,3 +48,89 @@ grep -q 'kalman-laser' out || fail "$(cat out)"
 refused "$majak" localize reflectors.log --method beacons -o none
 printf '1 0 0\n1 2 2\n' >twice.txt
 refused "$majak" localize reflectors.log --method kalman --beacons twice.txt
+
+# ---- On known maps -----------------------------------------------------------------------------------
+
+# near FOLDER MOST: the median way off the run's own poses, m, where it did not say that it is lost.
+near() {
+  awk -F'[ ,]' -v most="$2" '
+    FILENAME ~ /hall/ { x[$1] = $2; y[$1] = $3; next }
+    FILENAME ~ /covariance/ { health[$1] = $NF; next }
+    ($1 in x) && health[$1] != "lost" { off[n++] = sqrt(($2 - x[$1])^2 + ($3 - y[$1])^2) }
+    END { for (i = 0; i < n; ++i) far += off[i] > most; exit !(n > 1000 && far < n / 2) }' \
+    hall/trajectory.tum "$1/covariance.csv" "$1/trajectory.tum" ||
+    fail "$1: more than half of the poses are $2 m off, or few are sure"
+}
+awk '$1 != "TRUEPOS"' short.log >blind.log
+ok "$majak" map blind.log -o hall
+line=$(head -n 1 hall/trajectory.tum)
+
+# Every kind of map, by the method that finds the place by itself.
+for map in hall hall/site.majak hall/map.yaml; do
+  ok "$majak" localize blind.log --map $map -o on_map
+  non_empty on_map/{trajectory.tum,covariance.csv,hypotheses.csv,summary.json,options.toml,trajectory.svg,trajectory.png}
+  head -n 1 on_map/hypotheses.csv | grep -q '^time,probability,x,y,theta$' || fail "$(head -n 1 on_map/hypotheses.csv)"
+  grep -q '^global: ' out && grep -q 'found after' out || fail "$map: $(cat out)"
+  near on_map 0.1
+  rm -r on_map
+done
+# A bare picture begins at its corner; the YAML tells where that is.
+ok "$majak" localize blind.log --map hall/map.png --map-resolution 0.05 -o picture
+origin=$(sed -n 's/^origin: \[\([^]]*\)\]/\1/p' hall/map.yaml)
+awk -v o="$origin" '{ split(o, at, ","); $2 += at[1]; $3 += at[2]; print }' picture/trajectory.tum >moved.tum
+mv moved.tum picture/trajectory.tum
+near picture 0.1
+
+# Every method; those that must be told are.
+for method in global tracking monte-carlo markov; do
+  ok "$majak" localize blind.log --map hall --method $method -o $method --start 0,0,0 --json
+  non_empty $method/{trajectory.tum,covariance.csv,summary.json,options.toml,trajectory.png}
+  [ "$(wc -l <$method/trajectory.tum)" -eq "$(wc -l <hall/trajectory.tum)" ] || fail "$method: not one pose a scan"
+  near $method 0.1
+done
+non_empty monte-carlo/hypotheses.csv
+ok "$majak" localize blind.log --map hall -o fed_back --options global/options.toml
+cmp -s fed_back/trajectory.tum global/trajectory.tum || fail "the same options, another path"
+grep -q '^\[global\]' global/options.toml || fail "the options of global search are missing"
+
+# Maps that nobody can be on, and things that are no map: one line each.
+pgm() { printf 'P2\n20 20\n255\n'; for _ in $(seq 400); do echo "$1"; done; }
+pgm 205 >unknown.pgm
+pgm 254 >no_wall.pgm
+pgm 0 >no_floor.pgm
+for name in unknown no_wall no_floor; do
+  refused "$majak" localize blind.log --map $name.pgm --map-resolution 0.05
+  grep -q "$name.pgm" err || fail "which map? $(cat err)"
+done
+refused "$majak" localize blind.log --map no_such
+refused "$majak" localize blind.log --map no_such.yaml
+refused "$majak" localize blind.log --map hall/map.png
+grep -q -- '--map-resolution' err || fail "it does not say what is missing: $(cat err)"
+refused "$majak" localize blind.log --map hall/map.png --map-resolution -1
+mkdir -p empty
+refused "$majak" localize blind.log --map empty
+refused "$majak" localize blind.log --map global
+refused "$majak" localize blind.log --map short.log
+refused "$majak" localize blind.log --map hall/trajectory.tum
+printf 'image: gone.pgm\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.196\nnegate: 0\n' >gone.yaml
+refused "$majak" localize blind.log --map gone.yaml
+head -c 3000 hall/map.pgm >cut.pgm
+refused "$majak" localize blind.log --map cut.pgm --map-resolution 0.05
+head -c 30000 hall/site.majak >cut.majak
+refused "$majak" localize blind.log --map cut.majak
+for method in tracking monte-carlo markov global; do
+  refused "$majak" localize blind.log --method $method
+  grep -q -- '--map' err || fail "it does not say what is missing: $(cat err)"
+done
+refused "$majak" localize --map hall
+
+# Logs that tell nothing of the place.
+grep -v '^FLASER' blind.log >no_laser.log
+for method in global tracking monte-carlo markov; do
+  refused "$majak" localize no_laser.log --map hall --method $method
+done
+awk '$1 == "FLASER" { for (i = 3; i < 3 + $2; ++i) $i = 81.91 } { print }' blind.log >no_beam.log
+for method in global monte-carlo markov; do
+  ok "$majak" localize no_beam.log --map hall --method $method -o no_beam --json
+  grep -q '"ok": 0,' out || fail "$method is sure of its place without a single return: $(cat out)"
+done
