@@ -63,19 +63,18 @@ near() {
 }
 awk '$1 != "TRUEPOS"' short.log >blind.log
 ok "$majak" map blind.log -o hall
-line=$(head -n 1 hall/trajectory.tum)
 
 # Every kind of map, by the method that finds the place by itself.
 for map in hall hall/site.majak hall/map.yaml; do
   ok "$majak" localize blind.log --map $map -o on_map
-  non_empty on_map/{trajectory.tum,covariance.csv,hypotheses.csv,summary.json,options.toml,trajectory.svg,trajectory.png}
-  head -n 1 on_map/hypotheses.csv | grep -q '^time,probability,x,y,theta$' || fail "$(head -n 1 on_map/hypotheses.csv)"
+  non_empty on_map/{trajectory.tum,covariance.csv,summary.json,options.toml,trajectory.svg,trajectory.png}
   grep -q '^global: ' out && grep -q 'found after' out || fail "$map: $(cat out)"
   near on_map 0.1
   rm -r on_map
 done
 # A bare picture begins at its corner; the YAML tells where that is.
-ok "$majak" localize blind.log --map hall/map.png --map-resolution 0.05 -o picture
+cp hall/map.png plan.png
+ok "$majak" localize blind.log --map plan.png --map-resolution 0.05 -o picture
 origin=$(sed -n 's/^origin: \[\([^]]*\)\]/\1/p' hall/map.yaml)
 awk -v o="$origin" '{ split(o, at, ","); $2 += at[1]; $3 += at[2]; print }' picture/trajectory.tum >moved.tum
 mv moved.tum picture/trajectory.tum
@@ -88,7 +87,7 @@ for method in global tracking monte-carlo markov; do
   [ "$(wc -l <$method/trajectory.tum)" -eq "$(wc -l <hall/trajectory.tum)" ] || fail "$method: not one pose a scan"
   near $method 0.1
 done
-non_empty monte-carlo/hypotheses.csv
+head -n 1 monte-carlo/hypotheses.csv | grep -q '^time,probability,x,y,theta$' || fail "no hypotheses"
 ok "$majak" localize blind.log --map hall -o fed_back --options global/options.toml
 cmp -s fed_back/trajectory.tum global/trajectory.tum || fail "the same options, another path"
 grep -q '^\[global\]' global/options.toml || fail "the options of global search are missing"
@@ -104,9 +103,9 @@ for name in unknown no_wall no_floor; do
 done
 refused "$majak" localize blind.log --map no_such
 refused "$majak" localize blind.log --map no_such.yaml
-refused "$majak" localize blind.log --map hall/map.png
+refused "$majak" localize blind.log --map plan.png
 grep -q -- '--map-resolution' err || fail "it does not say what is missing: $(cat err)"
-refused "$majak" localize blind.log --map hall/map.png --map-resolution -1
+refused "$majak" localize blind.log --map plan.png --map-resolution -1
 mkdir -p empty
 refused "$majak" localize blind.log --map empty
 refused "$majak" localize blind.log --map global
@@ -129,7 +128,7 @@ grep -v '^FLASER' blind.log >no_laser.log
 for method in global tracking monte-carlo markov; do
   refused "$majak" localize no_laser.log --map hall --method $method
 done
-awk '$1 == "FLASER" { for (i = 3; i < 3 + $2; ++i) $i = 81.91 } { print }' blind.log >no_beam.log
+awk '$1 == "FLASER" { if (++n > 40) exit; for (i = 3; i < 3 + $2; ++i) $i = 81.91 } { print }' blind.log >no_beam.log
 for method in global monte-carlo markov; do
   ok "$majak" localize no_beam.log --map hall --method $method -o no_beam --json
   grep -q '"ok": 0,' out || fail "$method is sure of its place without a single return: $(cat out)"
