@@ -183,6 +183,19 @@ void MonteCarlo::cost(std::size_t first, std::size_t last) {
   }
 }
 
+double MonteCarlo::see(const std::function<double(const Pose2&)>& likelihood) {
+  const double before = filter::normalise(log_weights_, weights_);
+  std::vector<double> seen = log_weights_;
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    seen[i] +=
+        std::log(likelihood({poses_.x[i], poses_.y[i], std::atan2(poses_.sin[i], poses_.cos[i])}));
+  const double after = filter::normalise(seen, weights_);
+  if (std::isinf(after)) return filter::normalise(log_weights_, weights_), 0;
+  log_weights_ = std::move(seen);
+  find_clusters();
+  return std::exp(after - before);
+}
+
 // How well the scan fits where the particles are believed to be, now and in the mean of before.
 void MonteCarlo::watch() {
   if (counted_ == 0) return;

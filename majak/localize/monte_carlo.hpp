@@ -11,6 +11,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "majak/core/estimate.hpp"
@@ -65,6 +66,10 @@ class MonteCarlo {
              Threads threads = {});
 
   Estimate add(const FedScan& scan);
+
+  /// Between two scans: what another sense says, P(s | l) of each pose (the floor's colour, see
+  /// match/cell_attributes.hpp). Returns the evidence; where that is 0 nothing is changed.
+  double see(const std::function<double(const Pose2&)>& likelihood);
 
   // State, for figures and tests.
   const match::PoseArrays& poses() const { return poses_; }

@@ -55,6 +55,33 @@ TEST(Methods, OptionsAreDescribedOnce) {
     EXPECT_TRUE(names.insert(field.name).second) << field.name << " stands twice";
 }
 
+TEST(Methods, EachOptionOfGlobalSearchHasItsName) {
+  LocalizeOptions options;
+  OptionFields fields;
+  describe(fields, options);
+  std::set<std::string> names;
+  for (const OptionField& field : fields.list) {
+    names.insert(field.name);
+    if (field.name == "global.blocks") *std::get<int*>(field.value) = 7;
+    if (field.name == "global.elsewhere") *std::get<double*>(field.value) = 0.25;
+  }
+  for (const char* name :
+       {"effective", "through_wall", "wall", "elsewhere", "cell", "sigma", "random", "reach",
+        "returns", "most", "apart", "apart_turn", "worse", "blocks"})
+    EXPECT_TRUE(names.count(std::string("global.") + name)) << name;
+  EXPECT_EQ(options.global.search.blocks, 7);
+  EXPECT_EQ(options.global.elsewhere, 0.25);
+}
+
+TEST(Methods, OnAMapOnlyTrackingIsTold) {
+  for (const Method& m : methods()) {
+    EXPECT_EQ(m.on_map, std::string(m.needs).find("--map MAP") == 0) << m.name;
+    if (m.on_map) {
+      EXPECT_EQ(m.told, std::string(m.name) == "tracking") << m.name;
+    }
+  }
+}
+
 TEST(Methods, StartIsTaken) {
   LocalizeOptions options;
   options.start = {1, 2, 0.5};
