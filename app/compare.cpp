@@ -224,6 +224,7 @@ void print_table(const CompareCommand& o, const Inputs& in, const eval::Comparis
              "median 95 %", "median 95 %", "ok, %", "a scan", "a second", "median", "at most",
              "% of scans", "after", "after a jump");
   for (const eval::MethodResult& r : c.methods) print_row(c, r);
+  for (const std::string& why : c.left_out) fmt::print("left out: {}\n", why);
   fmt::print(
       "\nErrors are of poses not said to be lost. Belief: pose and covariance, hypotheses, ");
   fmt::print("particles with weights, or cells;\nnot the map. Found, lost and right: in updates. ");

@@ -70,9 +70,6 @@ Timed run(const CompareInput& in, const methods::Method& method, const std::vect
   const double begin = now();
   timed.result = localizer.finish();
   timed.whole += since + now() - begin;
-  if (timed.result.estimates.empty())
-    throw Error(
-        fmt::format("{} needs {}; majak info tells what is in the log", method.name, method.needs));
   return timed;
 }
 
@@ -208,6 +205,10 @@ Comparison compare(const CompareInput& in, const std::vector<std::string>& names
     r.method = name;
     r.told = method.told;
     Timed timed = run(in, method, in.events);
+    if (timed.result.estimates.empty()) {
+      comparison.left_out.push_back(fmt::format("{} needs {}", name, method.needs));
+      continue;
+    }
     auto bytes = belief_bytes(timed.result);
     std::sort(bytes.begin(), bytes.end());
     r.belief_median = bytes[bytes.size() / 2], r.belief_most = bytes.back();
@@ -224,6 +225,8 @@ Comparison compare(const CompareInput& in, const std::vector<std::string>& names
     }
     comparison.methods.push_back(std::move(r));
   }
+  if (comparison.methods.empty() && !comparison.left_out.empty())
+    throw Error(comparison.left_out.front() + "; majak info tells what is in the log");
   if (comparison.splice) comparison.splice->events.clear();
   return comparison;
 }

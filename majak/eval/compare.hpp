@@ -64,13 +64,14 @@ struct MethodResult {
 
 struct Comparison {
   std::vector<MethodResult> methods;
-  std::optional<Splice> splice;  ///< without its events
+  std::vector<std::string> left_out;  ///< methods that found nothing they can use, and why
+  std::optional<Splice> splice;       ///< without its events
   std::size_t scans = 0;
   int updates = 0;  ///< scans after CompareOptions::step or turn; the unit of found and recovery
 };
 
-/// Runs them in that order. Throws Error where a name is none, or a method finds nothing it can use
-/// in the log.
+/// Runs them in that order. Throws Error where a name is none, or none of the methods finds
+/// anything it can use in the log.
 Comparison compare(const CompareInput& input, const std::vector<std::string>& methods);
 
 /// Bytes after each estimate: pose and covariance, and the hypotheses beside it; or what the method

@@ -115,6 +115,36 @@ TEST(Splice, OdometryInTheScansGoesAlong) {
   EXPECT_NEAR(wheels.back().pose.x, 19, 1e-12);
 }
 
+// ---- A simulated drive
+// ------------------------------------------------------------------------------
+
+struct Drive {
+  localize::PlacePtr place;
+  std::vector<Event> events;
+  Trajectory truth;
+};
+
+const Drive& drive() {
+  static const Drive drive = [] {
+    const sim::World world(sim::building());
+    Drive d{localize::place_of(sim::known_map(world)), {}, {}};
+    d.events = sim::simulate(world, sim::plan_tour(world, {.short_tour = true}), {});
+    std::vector<Truth> truth;
+    for (const Event& event : d.events)
+      if (const auto* t = std::get_if<Truth>(&event)) truth.push_back(*t);
+    d.truth = truth_of(truth);
+    return d;
+  }();
+  return drive;
+}
+
+CompareInput on_drive() {
+  CompareInput in{drive().events, drive().truth, {}, {}, {}, {}};
+  in.options.place = drive().place;
+  in.options.start = drive().truth.front().pose;
+  return in;
+}
+
 // ---- The table
 // ------------------------------------------------------------------------------------
 
@@ -193,6 +223,23 @@ TEST(Compare, SaysWhatAMethodMisses) {
   EXPECT_THROW(compare({nothing, {}, {}, {}, {}, {}}, {"markov"}), Error) << "no map";
 }
 
+TEST(Compare, AMethodThatFindsNothingToUseIsLeftOut) {
+  const CompareInput whole = on_drive();
+  std::vector<Event> blind;  // no wheels
+  for (const Event& event : drive().events)
+    if (const auto* scan = std::get_if<Scan>(&event)) {
+      blind.emplace_back(*scan);
+      std::get<Scan>(blind.back()).T_odom_robot.reset();
+    }
+  const auto c =
+      compare({blind, whole.truth, whole.options, {}, {}, {}}, {"dead-reckoning", "tracking"});
+  ASSERT_EQ(c.methods.size(), 1U);
+  EXPECT_EQ(c.methods[0].method, "tracking");
+  EXPECT_LT(c.methods[0].translation->median, 0.1);
+  ASSERT_EQ(c.left_out.size(), 1U);
+  EXPECT_THAT(c.left_out[0], HasSubstr("dead-reckoning needs odometry"));
+}
+
 TEST(Compare, MemoryIsThatOfTheBelief) {
   localize::Localization result;
   result.estimates.resize(4);
@@ -202,36 +249,6 @@ TEST(Compare, MemoryIsThatOfTheBelief) {
   EXPECT_EQ(belief_bytes(result), (std::vector<std::size_t>{one, one + more, one, one}));
   result.belief_bytes = {1, 2, 3, 4};
   EXPECT_EQ(belief_bytes(result), result.belief_bytes);
-}
-
-// ---- A simulated drive
-// ------------------------------------------------------------------------------
-
-struct Drive {
-  localize::PlacePtr place;
-  std::vector<Event> events;
-  Trajectory truth;
-};
-
-const Drive& drive() {
-  static const Drive drive = [] {
-    const sim::World world(sim::building());
-    Drive d{localize::place_of(sim::known_map(world)), {}, {}};
-    d.events = sim::simulate(world, sim::plan_tour(world, {.short_tour = true}), {});
-    std::vector<Truth> truth;
-    for (const Event& event : d.events)
-      if (const auto* t = std::get_if<Truth>(&event)) truth.push_back(*t);
-    d.truth = truth_of(truth);
-    return d;
-  }();
-  return drive;
-}
-
-CompareInput on_drive() {
-  CompareInput in{drive().events, drive().truth, {}, {}, {}, {}};
-  in.options.place = drive().place;
-  in.options.start = drive().truth.front().pose;
-  return in;
 }
 
 TEST(Compare, MethodsOnAMapFindTheRobotAgainAndTrackingDoesNot) {
