@@ -169,7 +169,7 @@ std::string count_text(const std::optional<int>& count) {
 }
 
 std::string known_text(const eval::MethodResult& r) {
-  const std::string found = r.told ? "told where" : "found " + count_text(r.found);
+  std::string found = r.told ? "told where" : "found " + count_text(r.found);
   if (!r.recovery) return found;
   if (!r.recovery->knew) return found + "; not known before";
   return found + fmt::format("; lost {}, right {}", count_text(r.recovery->told_lost),

@@ -98,6 +98,7 @@ std::vector<int> count_updates(const std::vector<Time>& times, const Trajectory&
 
 std::vector<Time> times_of(const std::vector<Estimate>& estimates) {
   std::vector<Time> times;
+  times.reserve(estimates.size());
   for (const Estimate& e : estimates) times.push_back(e.time);
   return times;
 }
@@ -193,6 +194,7 @@ Comparison compare(const CompareInput& in, const std::vector<std::string>& names
   Comparison comparison;
   const auto scans = scans_of(in.events);
   std::vector<Time> times;
+  times.reserve(scans.size());
   for (const Scan* scan : scans) times.push_back(scan->time);
   const Trajectory way = in.truth.empty() ? wheels_of(in.events) : in.truth;
   const auto counts = count_updates(times, way, in.how);

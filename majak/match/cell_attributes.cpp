@@ -17,7 +17,10 @@ float CellAttributes::at(const Vec2& p_map) const {
 
 double ClassSense::operator()(int told, float there) const {
   assert(told >= 0 && told < classes);
-  const auto given = [&](int is) { return p[static_cast<std::size_t>(is * classes + told)]; };
+  const auto given = [&](int is) {
+    return p[static_cast<std::size_t>(is) * static_cast<std::size_t>(classes) +
+             static_cast<std::size_t>(told)];
+  };
   if (there >= 0 && there < static_cast<float>(classes)) return given(static_cast<int>(there));
   double sum = 0;
   for (int is = 0; is < classes; ++is) sum += given(is);
