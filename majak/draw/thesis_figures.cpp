@@ -27,6 +27,8 @@ const ThesisFigure kFigures[] = {
      figure_monte_carlo},
     {10, "Markov localization in a corridor: sees a door, moves, sees a door again", false,
      figure_markov},
+    {12, "time of flight: the mirror turns, pulses come back, the contour grows", true,
+     figure_mirror},
     {13, "odometry of a mis-measured robot: true and believed trajectory, error by distance", true,
      figure_drift},
 };

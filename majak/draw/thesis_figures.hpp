@@ -34,6 +34,7 @@ Figure figure_triangulation(const std::vector<Event>& events);    // 7
 Figure figure_kalman(const std::vector<Event>& events);           // 8
 Figure figure_monte_carlo(const std::vector<Event>& events);      // 9
 Figure figure_markov(const std::vector<Event>& events);           // 10
+Figure figure_mirror(const std::vector<Event>& events);           // 12
 Figure figure_drift(const std::vector<Event>& events);            // 13
 
 }  // namespace majak::draw

@@ -194,5 +194,45 @@ TEST(Tracking, WithinTheChiSquareBandWhereTheMapIsExact) {
   EXPECT_LT(nees / n, 3.7);
 }
 
+// 'c' is closed in the map and open now, 'o' the other way round.
+TEST(Tracking, DoorsThatChangedDoNotMislead) {
+  const std::vector<std::string> plan = {
+      "########################################", "#........#.........#.........#.........#",
+      "#........#.........#.........#.........#", "#........#.........#.........#.........#",
+      "###cc######..######cc######..######oo###", "#......................................#",
+      "#......................................#", "#......................................#",
+      "###..####cc####..#####oo####..####oo####", "#........#.........#.........#.........#",
+      "#........#.........#.........#.........#", "########################################"};
+  const auto with = [&](char open, char closed, int fine) {
+    std::vector<std::string> lines;
+    for (const std::string& line : plan) {
+      std::string wide;
+      for (const char c : line)
+        wide += std::string(static_cast<std::size_t>(fine), c == open     ? '.'
+                                                            : c == closed ? '#'
+                                                                          : c);
+      for (int k = 0; k < fine; ++k) lines.push_back(wide);
+    }
+    return lines;
+  };
+  const PlacePtr before = place_of(fixture::ascii_map(with('o', 'c', 5), 0.1));
+  const fixture::AsciiRoom now(with('c', 'o', 1));
+  Pose2 truth{1.5, 2.7, 0};
+  Tracker tracker(before, {}, truth);
+  for (int k = 0; k < 150; ++k) {
+    const Pose2 step = k == 0 ? Pose2{} : Pose2{0.1, 0, 0.02 * std::sin(0.2 * k)};
+    truth = truth * step;
+    FedScan scan;
+    scan.scan = now.scan(truth, {181, kPi, 30, 0.01, k + 1, {}});
+    scan.scan.time = k * kSecond / 5;
+    scan.T_previous_robot = step * Pose2{0.002, 0, 0.0005};
+    scan.covariance = Vec3(1e-4, 1e-4, 1e-4).asDiagonal();
+    scan.by_wheels = true;
+    const Estimate e = tracker.add(scan);
+    EXPECT_LT((e.T_map_robot.translation() - truth.translation()).norm(), 0.10) << k;
+    EXPECT_NE(e.health, Health::lost);
+  }
+}
+
 }  // namespace
 }  // namespace majak::localize
