@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Localization on known maps, measured.
-//   run_localization track SITE LOG [RELATIONS]   tracking on a run's own map: error and time
-//   run_localization search SITE [QUERIES]        one scan on the whole map: every other minute of
-//   the
-//                                                 run makes the map, scans of the others are looked
-//                                                 for
-//   run_localization kidnap SITE [TIMES]    find and track on that map: from nowhere, then carried
-//                                           to another place
-//   run_localization foreign SITE LOG [METHOD [SCALE]]  the log is of another building, or the map
-//                                           of another scale: what does the method claim?
+//   run_localization track SITE LOG [RELATIONS]: tracking on a run's own map, error and time
+//   run_localization search SITE [QUERIES [TILES]]: one scan on the whole map; every other minute
+//     of the run makes the map, scans of the others are looked for
+//   run_localization kidnap SITE [TIMES]: find and track on that map, from nowhere, then carried to
+//     another place
+//   run_localization foreign SITE LOG [METHOD [SCALE]]: the log is of another building, or the map
+//     of another scale; what does the method claim?
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -76,10 +74,22 @@ void track(const std::string& site_file, const std::string& log, const std::stri
              degrees(e.rotation.mean), result.best().unmatched);
 }
 
-void search(const std::string& site_file, int queries) {
+/// The map so many times beside and above itself: for the time that a great one takes.
+map::KnownMap tiled(const map::KnownMap& map, int times) {
+  map::KnownMap wide = map;
+  wide.width *= times, wide.height *= times;
+  wide.cells.clear();
+  for (int y = 0; y < wide.height; ++y)
+    for (int x = 0; x < wide.width; ++x)
+      wide.cells.push_back(map.at(x % map.width, y % map.height));
+  return wide;
+}
+
+void search(const std::string& site_file, int queries, int tiles) {
   const Site site = io::read_site(site_file);
   const auto halves = bench::split(site, bench::every_other_minute(site));
-  const auto& place = halves.place;
+  const auto place =
+      tiles == 1 ? halves.place : localize::place_of(tiled(halves.place->known, tiles));
   const double begin = seconds();
   const localize::GlobalLocalization search(place);
   fmt::print("{} x {} m, {} questions of {} scans; made in {:.3f} s\n",
@@ -228,15 +238,15 @@ int main(int argc, char** argv) {
     if (task == "track" && argc > 3)
       track(argv[2], argv[3], argc > 4 ? argv[4] : "");
     else if (task == "search" && argc > 2)
-      search(argv[2], argc > 3 ? std::stoi(argv[3]) : 200);
+      search(argv[2], argc > 3 ? std::stoi(argv[3]) : 200, argc > 4 ? std::stoi(argv[4]) : 1);
     else if (task == "kidnap" && argc > 2)
       kidnap(argv[2], argc > 3 ? std::stoi(argv[3]) : 200);
     else if (task == "foreign" && argc > 3)
       foreign(argv[2], argv[3], argc > 4 ? argv[4] : "global", argc > 5 ? std::stod(argv[5]) : 1);
     else
       throw Error(
-          "run_localization track SITE LOG [RELATIONS] | search SITE [QUERIES] | kidnap SITE "
-          "[TIMES]");
+          "run_localization track SITE LOG [RELATIONS] | search SITE [QUERIES [TILES]] | "
+          "kidnap SITE [TIMES] | foreign SITE LOG [METHOD [SCALE]]");
   } catch (const Error& e) {
     fmt::print(stderr, "{}\n", e.what());
     return 1;
