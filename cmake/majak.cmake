@@ -15,17 +15,10 @@ endif()
 
 set_property(GLOBAL PROPERTY MAJAK_LAYERS "")
 
-# What most sources read first, read once; a source still includes all that it uses, which builds
-# with CMAKE_DISABLE_PRECOMPILE_HEADERS (./dev sanitize, ./dev lint) find out.
-set(majak_precompiled <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <limits> <map> <memory> <optional> <span>
-  <string> <string_view> <utility> <variant> <vector> <Eigen/Cholesky> <Eigen/Core> <Eigen/Eigenvalues> <Eigen/LU>)
-# majak_precompile(target first header...): the headers of target first, which all its like share.
-function(majak_precompile target first)
-  if(target STREQUAL first)
-    target_precompile_headers(${target} PRIVATE ${ARGN})
-  else()
-    target_precompile_headers(${target} REUSE_FROM ${first})
-  endif()
+# majak_precompile(target header...): what most sources of the tests and of the program read first, read once. The layers
+# do without, so that a missing include is found.
+function(majak_precompile target)
+  target_precompile_headers(${target} PRIVATE ${ARGN})
   # For ccache, which would not see what the precompiled headers hold.
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)
 endfunction()
@@ -42,7 +35,6 @@ function(majak_layer name)
     target_include_directories(majak_${name} PUBLIC $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}> $<INSTALL_INTERFACE:include>)
     target_link_libraries(majak_${name} PUBLIC ${lower} ${L_PUBLIC} PRIVATE ${L_PRIVATE} $<BUILD_INTERFACE:majak_flags>)
     target_compile_features(majak_${name} PUBLIC cxx_std_20)
-    majak_precompile(majak_${name} majak_core ${majak_precompiled})
   else()
     add_library(majak_${name} INTERFACE)
     target_include_directories(majak_${name} INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}> $<INSTALL_INTERFACE:include>)
