@@ -24,7 +24,7 @@ sed 's/$/\r/' short.log >crlf.log
 awk '/^(FLASER|ODOM)/ { t = sprintf("%.6f", 1e6 - ++n * 0.1); $(NF - 2) = t; $NF = t } { print }' short.log >backwards.log
 awk '/^FLASER/ && ++n % 9 == 0 { for (i = $2 + 3; i < $2 + 9; ++i) $i = "1e300" } { print }' short.log >far_away.log
 awk '/^FLASER/ && ++n % 2 { $(NF - 2) = $NF = n % 4 == 1 ? "9e9" : "-9e9" } { print }' short.log >wild_stamps.log
-awk '/^FLASER/ && ++n % 4 == 0 { $2 = 40000; r = ""; for (i = 0; i < 40000; ++i) r = r " 2.5"; $3 = r " " $3 } { print }' short.log >many_beams.log
+awk 'BEGIN { for (i = 0; i < 40000; ++i) r = r " 2.5" } /^FLASER/ && ++n % 4 == 0 { $2 = 40000; $3 = r " " $3 } { print }' short.log >many_beams.log
 mkdir folder
 
 hopeless="no_such_file empty random text zeros folder stub.gz no_scan.log"
