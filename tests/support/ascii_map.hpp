@@ -11,6 +11,17 @@
 
 namespace majak::fixture {
 
+/// Each cell as `times` x `times` of them.
+inline std::vector<std::string> finer(const std::vector<std::string>& lines, int times) {
+  std::vector<std::string> fine;
+  for (const std::string& line : lines) {
+    std::string wide;
+    for (const char c : line) wide += std::string(static_cast<std::size_t>(times), c);
+    for (int k = 0; k < times; ++k) fine.push_back(wide);
+  }
+  return fine;
+}
+
 inline map::KnownMap ascii_map(const std::vector<std::string>& lines, double resolution = 1) {
   map::KnownMap map;
   map.resolution = resolution;

@@ -14,17 +14,8 @@ const std::vector<std::string> kHall = {
     "#......................................#", "#......................................#",
     "########################################"};
 
-/// The hall's cells of 0.5 m in cells of 0.1 m.
 PlacePtr place() {
-  static const PlacePtr place = [] {
-    std::vector<std::string> lines;
-    for (const std::string& line : kHall) {
-      std::string wide;
-      for (const char c : line) wide += std::string(5, c);
-      for (int k = 0; k < 5; ++k) lines.push_back(wide);
-    }
-    return place_of(fixture::ascii_map(lines, 0.1));
-  }();
+  static const PlacePtr place = place_of(fixture::ascii_map(fixture::finer(kHall, 5), 0.1));
   return place;
 }
 

@@ -203,20 +203,14 @@ TEST(Tracking, DoorsThatChangedDoNotMislead) {
       "#......................................#", "#......................................#",
       "###..####cc####..#####oo####..####oo####", "#........#.........#.........#.........#",
       "#........#.........#.........#.........#", "########################################"};
-  const auto with = [&](char open, char closed, int fine) {
-    std::vector<std::string> lines;
-    for (const std::string& line : plan) {
-      std::string wide;
-      for (const char c : line)
-        wide += std::string(static_cast<std::size_t>(fine), c == open     ? '.'
-                                                            : c == closed ? '#'
-                                                                          : c);
-      for (int k = 0; k < fine; ++k) lines.push_back(wide);
-    }
+  const auto with = [&](char open, char closed) {
+    std::vector<std::string> lines = plan;
+    for (std::string& line : lines)
+      for (char& c : line) c = c == open ? '.' : c == closed ? '#' : c;
     return lines;
   };
-  const PlacePtr before = place_of(fixture::ascii_map(with('o', 'c', 5), 0.1));
-  const fixture::AsciiRoom now(with('c', 'o', 1));
+  const PlacePtr before = place_of(fixture::ascii_map(fixture::finer(with('o', 'c'), 5), 0.1));
+  const fixture::AsciiRoom now(with('c', 'o'));
   Pose2 truth{1.5, 2.7, 0};
   Tracker tracker(before, {}, truth);
   for (int k = 0; k < 150; ++k) {

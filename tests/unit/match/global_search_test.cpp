@@ -23,13 +23,7 @@ const std::vector<std::string> kPlan = {"####################",  //
 
 /// The plan's cells of 0.5 m in cells of 0.1 m.
 map::KnownMap fine(const std::vector<std::string>& plan) {
-  std::vector<std::string> lines;
-  for (const std::string& line : plan) {
-    std::string wide;
-    for (const char c : line) wide += std::string(5, c == '#' ? '#' : c == ' ' ? ' ' : '.');
-    for (int k = 0; k < 5; ++k) lines.push_back(wide);
-  }
-  return fixture::ascii_map(lines, 0.1);
+  return fixture::ascii_map(fixture::finer(plan, 5), 0.1);
 }
 
 Beams seen_from(const fixture::AsciiRoom& room, const Pose2& pose, int most = 0) {
