@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A known map that one can see: '#' occupied, '.' free, ' ' unknown; the first line is the highest
-// row. Lines may be of different lengths.
+// A known map that one can see: '#' occupied, ' ' unknown, all else free; the first line is the
+// highest row. Lines may be of different lengths.
 #pragma once
 
 #include <algorithm>
@@ -33,8 +33,8 @@ inline map::KnownMap ascii_map(const std::vector<std::string>& lines, double res
     for (std::size_t x = 0; x < lines[row].size(); ++x)
       map.cells[map.index(static_cast<int>(x), map.height - 1 - row)] =
           lines[row][x] == '#'   ? map::CellState::occupied
-          : lines[row][x] == '.' ? map::CellState::free
-                                 : map::CellState::unknown;
+          : lines[row][x] == ' ' ? map::CellState::unknown
+                                 : map::CellState::free;
   return map;
 }
 
