@@ -19,11 +19,13 @@ constexpr double kLongestStep = 1.0;  // s between scans, over which a motion is
 constexpr double kTelling = 0.02;     // m, residual at which a pair counts half
 constexpr double kPeriodGain = 0.05;
 constexpr double kBetter = 0.05;        // share of returns by which another pose must fit better
+constexpr double kClearly = 0.20;       // the same, of a jump that one scan may tell
 constexpr double kAllowed = 16;         // squared Mahalanobis distance that is no jump
 constexpr double kContradicted = 0.10;  // share of returns from beyond walls
 constexpr double kWall = 0.4;           // m, by which they must be beyond
 constexpr double kOffsetMemory = 0.95;  // share of what is known that the next scan finds
 constexpr double kSame = 0.15;          // m, rad
+constexpr int kLearnt = 3;              // of so many scans that fit, one is learnt from
 
 Vec3 difference(const Pose2& a, const Pose2& b) {
   return {a.x - b.x, a.y - b.y, angle_diff(a.theta, b.theta)};
@@ -139,10 +141,12 @@ void Tracker::fuse(const match::PosePrior& prior) {
     errors_.learn_wheels(difference(match_.T_map_robot, T_map_predicted_),
                          predicted_covariance_ - claimed);
     learn_offset();
-    errors_.learn_scan(match::jackknife(points_, place_->surfaces, match_.T_map_robot,
-                                        prior.information, align_, {}),
-                       offset_.offset);
-    align_.noise = errors_.returns();
+    if (fitting_++ % kLearnt == 0) {
+      errors_.learn_scan(match::jackknife(points_, place_->surfaces, match_.T_map_robot,
+                                          prior.information, align_, {}),
+                         offset_.offset);
+      align_.noise = errors_.returns();
+    }
   }
   take(match_.T_map_robot, held * predicted_errors_ * held.transpose() +
                                errors_.of_scan(claimed * match_.information * claimed));
@@ -171,7 +175,7 @@ void Tracker::tell(Estimate& estimate) const {
 // The scan fits badly where it was predicted to lie: is there a better pose in a window around? One
 // that the prediction allows for is fused with it. Any other is a jump: someone has carried the
 // robot, or people stand around it and another place looks alike. So the next scans must tell the
-// same, and what was known before is forgotten.
+// same, unless one fits well and far better, and what was known before is forgotten.
 void Tracker::search_window(const match::PosePrior& prior) {
   const match::LikelihoodPyramid pyramid(place_->surfaces, T_map_predicted_.translation(),
                                          {.max_translation = options_.search_translation});
@@ -190,7 +194,8 @@ void Tracker::search_window(const match::PosePrior& prior) {
     const Vec3 fused = T_map_predicted_.vector() + sum.ldlt().solve(refined.information * off);
     match_ = refined;
     match_.T_map_robot = from_vector(fused);
-  } else if (told_before(refined.T_map_robot) || refined.score >= options_.trusted_score) {
+  } else if (told_before(refined.T_map_robot) ||
+             (refined.score >= options_.trusted_score && refined.score > match_.score + kClearly)) {
     told_ = 0;
     jumped_ = true;
     match_ = refined;

@@ -85,9 +85,10 @@ class Tracker {
   match::RangeOffset offset_;  ///< of the laser against the map, as learnt so far
   match::Match match_;
   double nis_ = 0;
-  int poor_ = 0;  ///< scans in a row that did not fit
-  Pose2 rumour_;  ///< where the last scans said that the robot was put
-  int told_ = 0;  ///< scans in a row that said so
+  int fitting_ = 0;  ///< scans so far that did
+  int poor_ = 0;     ///< scans in a row that did not fit
+  Pose2 rumour_;     ///< where the last scans said that the robot was put
+  int told_ = 0;     ///< scans in a row that said so
   bool jumped_ = false;
 };
 

@@ -7,7 +7,8 @@
 namespace majak::localize {
 namespace {
 
-constexpr double kGain = 0.02;            // of a scan, in a running mean
+constexpr double kScanGain = 0.06;        // of a scan that is learnt from, in a running mean
+constexpr double kWheelGain = 0.02;       // of any scan that fits
 constexpr double kReturnsMemory = 0.998;  // share of a sum that is left after the next scan
 constexpr double kStepsMemory = 0.98;
 constexpr double kOffsetGain = 0.002;
@@ -32,8 +33,8 @@ void TrackingErrors::learn_scan(const match::Jackknife& seen, double offset) {
   const double claimed = seen.claimed(0, 0) + seen.claimed(1, 1);
   if (!(claimed > 0 && seen.claimed(2, 2) > 0)) return;
   const double shown = seen.covariance(0, 0) + seen.covariance(1, 1);
-  scan_place_ += kGain * (shown / claimed - scan_place_);
-  scan_turn_ += kGain * (seen.covariance(2, 2) / seen.claimed(2, 2) - scan_turn_);
+  scan_place_ += kScanGain * (shown / claimed - scan_place_);
+  scan_turn_ += kScanGain * (seen.covariance(2, 2) / seen.claimed(2, 2) - scan_turn_);
   learn_returns(seen);
   learn_ranges(seen, offset);
 }
@@ -41,8 +42,8 @@ void TrackingErrors::learn_scan(const match::Jackknife& seen, double offset) {
 void TrackingErrors::learn_wheels(const Vec3& correction, const Mat3& claimed) {
   const double place = claimed(0, 0) + claimed(1, 1), turn = claimed(2, 2);
   if (!(place > 0 && turn > 0)) return;
-  wheel_place_ += kGain * (correction.head<2>().squaredNorm() / place - wheel_place_);
-  wheel_turn_ += kGain * (correction.z() * correction.z() / turn - wheel_turn_);
+  wheel_place_ += kWheelGain * (correction.head<2>().squaredNorm() / place - wheel_place_);
+  wheel_turn_ += kWheelGain * (correction.z() * correction.z() / turn - wheel_turn_);
 }
 
 // r^2 = beam cos^2 + surface, from two kinds of returns.
