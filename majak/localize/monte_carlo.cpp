@@ -23,6 +23,7 @@ constexpr double kLeastCluster = 0.05;
 constexpr double kWeak = 0.10;  // m, sigma of a direction from which on it is weak
 
 constexpr double kLeap = 1.5, kLeapTurn = 0.6;  // m, rad, from where the cloud was expected
+constexpr double kRest = 1e-3;  // m, rad: by less than that wheels that rest do not seem to move
 constexpr double kFound = 0.5;  // weight of a cluster that is likelier than all others
 constexpr double kSlipped = 0.3, kAnywhere = 0.3;  // of new particles
 constexpr double kSearching = 0.1;                 // share of new particles while there is none
@@ -97,7 +98,10 @@ bool MonteCarlo::due(const FedScan& scan) {
   time_ = scan.scan.time;
   const Mat3 carry = adjoint(scan.T_previous_robot.inverse());
   T_update_robot_ = T_update_robot_ * scan.T_previous_robot;
-  moved_covariance_ = carry * moved_covariance_ * carry.transpose() + scan.covariance;
+  moved_covariance_ = carry * moved_covariance_ * carry.transpose();
+  const bool rests = scan.by_wheels && scan.T_previous_robot.translation().norm() < kRest &&
+                     std::abs(scan.T_previous_robot.theta) < kRest;
+  if (!rests) moved_covariance_ += scan.covariance;
   return updates_ == 0 || !scan.by_wheels ||
          T_update_robot_.translation().norm() >= options_.step ||
          std::abs(T_update_robot_.theta) >= options_.step_turn;

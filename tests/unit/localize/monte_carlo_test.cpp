@@ -34,6 +34,19 @@ TEST(MonteCarloDrive, TruthAndScansGoTogether) {
   ASSERT_GT(drive().scans.size(), 300U);
 }
 
+TEST(MonteCarlo, WhileItRestsItGetsNoLessSure) {
+  MonteCarlo filter(drive().place, {.start_sigma = 0.2}, drive().truth.front());
+  const std::size_t i = run(filter, 0, 20);
+  FedScan resting = without_motion(drive().scans[i]);
+  resting.covariance = Vec3(4e-4, 4e-4, 4e-4).asDiagonal();
+  const Mat3 before = filter.add(resting).covariance;
+  for (int k = 0; k < 100; ++k) filter.add(resting);
+  EXPECT_EQ(filter.add(resting).covariance, before);
+  EXPECT_FALSE(filter.updated());
+  resting.T_previous_robot = {0.01, 0, 0};
+  EXPECT_NEAR(filter.add(resting).covariance.trace(), before.trace() + 12e-4, 1e-4);
+}
+
 // Thesis, figure 9.
 TEST(MonteCarlo, FindsItselfFromAnywhere) {
   int found = 0, all_weight = 0;

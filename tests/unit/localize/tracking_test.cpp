@@ -130,27 +130,51 @@ TEST(Tracking, PhasesAreTimedByTheClockThatIsGiven) {
 
 // A room and its copy one metre further: a scan of `elsewhere` fits the prediction badly and
 // another place of the window better, but not so well that it would be believed at once.
+/// Scans until a tracker believes that the robot was carried by `step` while people hide every
+/// fourth beam; 0: not within 60.
+int jumped_after(int witnesses, double trusted_score, const Pose2& step) {
+  const Pose2 truth = room().pose('a', 0.3), put = truth * step;
+  TrackingOptions options;
+  options.witnesses = witnesses;
+  options.trusted_score = trusted_score;
+  Tracker tracker(place_seen(room(), {truth, {3, 1, 0}, {6.5, 2, 0}}), options, truth);
+  for (int k = 0; k < 5; ++k)
+    tracker.add(fed(room().scan(truth, fixture::all_around()), {}, 0.005));
+  Scan scan = room().scan(put, fixture::all_around());
+  for (std::size_t i = 0; i < scan.ranges.size(); i += 4) scan.ranges[i] *= 0.5F;
+  for (int k = 1; k <= 60; ++k) {
+    const Estimate e = tracker.add(fed(scan, {}, 0.001));
+    if ((e.T_map_robot.translation() - put.translation()).norm() < 0.05) return k;
+  }
+  return 0;
+}
+
 TEST(Tracking, AJumpIsBelievedAfterTwentyScansThatAgree) {
-  const Pose2 truth = room().pose('a', 0.3);
-  const PlacePtr place = place_seen(room(), {truth, {3, 1, 0}, {6.5, 2, 0}});
-  const auto jumped_after = [&](int witnesses) {
-    TrackingOptions options;
-    options.witnesses = witnesses;
-    options.trusted_score = 0.95;
-    Tracker tracker(place, options, truth);
-    for (int k = 0; k < 5; ++k)
-      tracker.add(fed(room().scan(truth, fixture::all_around()), {}, 0.005));
-    const Pose2 put = truth * Pose2{0.45, 0, 0.1};
-    Scan scan = room().scan(put, fixture::all_around());
-    for (std::size_t i = 0; i < scan.ranges.size(); i += 4) scan.ranges[i] *= 0.5F;  // people
-    for (int k = 1; k <= 60; ++k) {
-      const Estimate e = tracker.add(fed(scan, {}, 0.001));
-      if ((e.T_map_robot.translation() - put.translation()).norm() < 0.05) return k;
-    }
-    return 0;
-  };
-  EXPECT_EQ(jumped_after(20), 20);
-  EXPECT_EQ(jumped_after(7), 7);
+  const Pose2 far(0.45, 0, 0.1);
+  EXPECT_EQ(jumped_after(20, 0.95, far), 20);
+  EXPECT_EQ(jumped_after(7, 0.95, far), 7);
+}
+
+TEST(Tracking, OneScanAloneTellsOfAJumpOnlyWhereItFitsFarBetter) {
+  EXPECT_EQ(jumped_after(20, 0.70, {0.45, 0, 0.1}), 1);
+  // A door at the end has opened; half a metre farther on, what is behind it would be the door.
+  const fixture::AsciiRoom closed({"##################",  //
+                                   "#.............a..#",  //
+                                   "#................#",  //
+                                   "##################"});
+  const fixture::AsciiRoom open({"###################",  //
+                                 "#.............a...#",  //
+                                 "#.................#",  //
+                                 "###################"});
+  const Pose2 truth = closed.pose('a', 0);
+  TrackingOptions options;
+  options.start_sigma = options.start_turn = 0.02;
+  options.trusted_score = 0.90;
+  Tracker tracker(place_seen(closed, {truth, truth * Pose2{-4, 0, 0}}), options, truth);
+  const Scan scan = open.scan(open.pose('a', 0), fixture::all_around());
+  for (int k = 1; k < 20; ++k)
+    EXPECT_NEAR(tracker.add(fed(scan, {}, 0.001)).T_map_robot.x, truth.x, 0.01);
+  EXPECT_NEAR(tracker.add(fed(scan, {}, 0.001)).T_map_robot.x, truth.x - 0.5, 0.01);
 }
 
 TEST(Tracking, CovarianceFollowsTheNoiseOfTheLaser) {
