@@ -30,8 +30,7 @@ FindAndTrack::FindAndTrack(PlacePtr place, const GlobalOptions& global,
       tracking_(tracking),
       options_(options),
       global_(place, global),
-      plausibility_(place, plausibility),
-      plausibility_options_(plausibility) {}
+      plausibility_(place, plausibility) {}
 
 Estimate FindAndTrack::add(const FedScan& scan) {
   way_ += scan.T_previous_robot.translation().norm();
@@ -60,7 +59,7 @@ Estimate FindAndTrack::begin(const FedScan& scan) {
   TrackingOptions close = tracking_;
   close.start_sigma = kFoundWithin.first, close.start_turn = kFoundWithin.second;
   tracker_.emplace(place_, close, hypotheses_.front().T_map_robot);
-  plausibility_ = Plausibility(place_, plausibility_options_);
+  plausibility_.begin_anew();
   usual_score_ = 0;
   doubted_ = 0;
   FedScan here = scan;

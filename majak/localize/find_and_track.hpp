@@ -64,7 +64,6 @@ class FindAndTrack {
   GlobalLocalization global_;
   std::optional<Tracker> tracker_;
   Plausibility plausibility_;
-  PlausibilityOptions plausibility_options_;
   std::vector<Followed> hypotheses_;  // moved along with the robot
   double elsewhere_ = 1;
   double way_ = 0, turned_ = 0;  // since the last look

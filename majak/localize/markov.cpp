@@ -240,7 +240,7 @@ Localizer markov(const PlacePtr& place, const MarkovOptions& options,
     watch.limit(estimate);
     if (watch.at_best() == Health::lost) {  // not here: anywhere
       markov = Markov(place, options);
-      watch = Plausibility(place, plausibility);
+      watch.begin_anew();
     }
     return {estimate, trusted};
   });

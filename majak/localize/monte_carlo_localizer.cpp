@@ -22,7 +22,7 @@ Localizer monte_carlo(const PlacePtr& place, const MonteCarloOptions& options, c
       MonteCarloOptions anew = options;
       anew.start_sigma = 0;
       filter = MonteCarlo(place, anew, {}, threads);
-      watch = Plausibility(place, plausibility);
+      watch.begin_anew();
       return {estimate, false};
     }
     if (filter.updated()) result.hypotheses.push_back({estimate.time, filter.clusters()});

@@ -29,6 +29,8 @@ class Plausibility {
   explicit Plausibility(PlacePtr place, const PlausibilityOptions& options = {})
       : place_(std::move(place)), options_(options) {}
 
+  /// Another place is tried.
+  void begin_anew() { *this = Plausibility(place_, options_); }
   /// Each scan, and where the method believes the robot; farther off than the wheels can err it is
   /// another place.
   void add(const FedScan& scan, const Pose2& T_map_robot);
