@@ -33,7 +33,9 @@ const Method kMethods[] = {
     {"beacons", "active beacons: trilateration and triangulation, p. 19",
      "--beacons FILE, and scans with intensities or sightings", "a pose for each moment by itself",
      [](const LocalizeOptions& o) {
-       return localize::beacons(o.beacons, {.reflectors = o.reflectors});
+       localize::BeaconsOptions options;
+       options.reflectors = o.reflectors;
+       return localize::beacons(o.beacons, options);
      },
      false, false},
     {"kalman", "Kalman filter, p. 21",

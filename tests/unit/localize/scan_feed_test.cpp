@@ -49,8 +49,11 @@ TEST(ScanFeed, TheScansOwnRecordsNeedNoWaiting) {
     feed.add(scan);
     const auto fed = feed.next();
     ASSERT_TRUE(fed);
-    if (k == 0) EXPECT_EQ(fed->T_previous_robot, Pose2{});
-    if (k > 0) EXPECT_NEAR(fed->T_previous_robot.theta, 0.1, 1e-12);
+    if (k == 0) {
+      EXPECT_EQ(fed->T_previous_robot, Pose2{});
+    } else {
+      EXPECT_NEAR(fed->T_previous_robot.theta, 0.1, 1e-12);
+    }
   }
 }
 
@@ -61,7 +64,9 @@ TEST(ScanFeed, WithoutWheelsTheRobotGoesOnAsItWent) {
     const auto fed = feed.next();
     ASSERT_TRUE(fed);
     EXPECT_FALSE(fed->by_wheels);
-    if (k == 11) EXPECT_NEAR(fed->T_previous_robot.x, 0.05, 1e-9);
+    if (k == 11) {
+      EXPECT_NEAR(fed->T_previous_robot.x, 0.05, 1e-9);
+    }
     feed.observe({0.05, 0, 0}, true);
   }
 }

@@ -122,7 +122,9 @@ TEST(GlobalSearch, PlacesComeInOrderAndApart) {
   const auto result =
       GlobalSearch(map, map::DistanceField(map), o).find(seen_from(room, room.pose('a')));
   for (std::size_t i = 0; i < result.places.size(); ++i) {
-    if (i > 0) EXPECT_GE(result.places[i - 1].fit, result.places[i].fit);
+    if (i > 0) {
+      EXPECT_GE(result.places[i - 1].fit, result.places[i].fit);
+    }
     EXPECT_EQ(map.at(result.places[i].T_map_robot.translation()), map::CellState::free);
     for (std::size_t k = 0; k < i; ++k) {
       const Pose2 off = between(result.places[k].T_map_robot, result.places[i].T_map_robot);
