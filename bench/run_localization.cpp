@@ -4,7 +4,7 @@
 //   run_localization search SITE [QUERIES [TILES]]: one scan on the whole map; every other minute
 //     of the run makes the map, scans of the others are looked for
 //   run_localization kidnap SITE [TIMES]: find and track on that map, from nowhere, then carried to
-//     another place
+//     another place; on ways of which it knows 95 %, and whatever it knows of them
 //   run_localization foreign SITE LOG [METHOD [SCALE]]: the log is of another building, or the map
 //     of another scale; what does the method claim?
 #include <fmt/core.h>
@@ -12,10 +12,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "bench/halves.hpp"
+#include "bench/split_site.hpp"
 #include "majak/core/error.hpp"
 #include "majak/core/random.hpp"
 #include "majak/eval/relations.hpp"
@@ -85,32 +86,34 @@ map::KnownMap tiled(const map::KnownMap& map, int times) {
   return wide;
 }
 
-void search(const std::string& site_file, int queries, int tiles) {
+/// Every other minute makes the map.
+bench::SplitSite halves(const std::string& site_file) {
   const Site site = io::read_site(site_file);
-  const auto halves = bench::split(site, bench::every_other_minute(site));
-  const auto place =
-      tiles == 1 ? halves.place : localize::place_of(tiled(halves.place->known, tiles));
+  return {site, bench::by_minutes(site)};
+}
+
+void search(const std::string& site_file, int queries, int tiles) {
+  const bench::SplitSite run = halves(site_file);
+  const auto questions = run.questions();
+  const auto place = tiles == 1 ? run.place : localize::place_of(tiled(run.place->known, tiles));
   const double begin = seconds();
   const localize::GlobalLocalization search(place);
   fmt::print("{} x {} m, {} questions of {} scans; made in {:.3f} s\n",
              place->known.width * place->known.resolution,
-             place->known.height * place->known.resolution, halves.questions.size(),
-             site.scans.size(), seconds() - begin);
+             place->known.height * place->known.resolution, questions.size(), run.site.scans.size(),
+             seconds() - begin);
   RandomStream random(1);
   int rank[12] = {};
   int sure = 0, sure_and_wrong = 0;
   double time = 0, longest = 0;
   for (int q = 0; q < queries; ++q) {
-    const PosedScan& asked = site.scans[halves.questions[random.below(halves.questions.size())]];
+    const std::size_t asked = questions[random.below(questions.size())];
     const double t0 = seconds();
-    const auto result = search.find(asked.scan);
+    const auto result = search.find(run.site.scans[asked].scan);
     const double t = seconds() - t0;
     time += t, longest = std::max(longest, t);
     std::size_t k = 0;
-    for (; k < result.places.size(); ++k) {
-      const Pose2 off = between(asked.estimate.T_map_robot, result.places[k].T_map_robot);
-      if (off.translation().norm() < 0.5 && std::abs(off.theta) < radians(10)) break;
-    }
+    while (k < result.places.size() && !run.right(asked, result.places[k].T_map_robot)) ++k;
     if (!result.places.empty() && result.places[0].probability > 0.95) {
       ++sure;
       sure_and_wrong += k != 0;
@@ -125,12 +128,19 @@ void search(const std::string& site_file, int queries, int tiles) {
       1e3 * time / n, 1e3 * longest, 100 * sure / n, 100.0 * sure_and_wrong / std::max(sure, 1));
 }
 
-/// Scans from `first` on with the wheels' motion between them.
+/// What the wheels say of the way to scan k > 0.
+std::optional<Pose2> step(const Site& site, std::size_t k) {
+  if (!site.scans[k].T_odom_robot || !site.scans[k - 1].T_odom_robot) return {};
+  return between(*site.scans[k - 1].T_odom_robot, *site.scans[k].T_odom_robot);
+}
+
+/// A scan with the motion before it, unless it is the first.
 localize::FedScan fed(const Site& site, std::size_t k, bool continues) {
   localize::FedScan f;
   f.scan = site.scans[k].scan;
-  if (!continues || !site.scans[k].T_odom_robot || !site.scans[k - 1].T_odom_robot) return f;
-  f.T_previous_robot = between(*site.scans[k - 1].T_odom_robot, *site.scans[k].T_odom_robot);
+  const auto wheels = continues ? step(site, k) : std::nullopt;
+  if (!wheels) return f;
+  f.T_previous_robot = *wheels;
   const double way = f.T_previous_robot.translation().norm(),
                turn = std::abs(f.T_previous_robot.theta);
   f.covariance = Vec3(0.01 + 0.1 * way, 0.01 + 0.1 * way, 0.01 + 0.1 * turn + 0.05 * way)
@@ -146,52 +156,73 @@ struct Outcome {
   bool wrong = false;  // tracked at a wrong place at the end
 };
 
-/// Drives on from scan `first` for so many updates; an update is 0.2 m or 0.2 rad.
-Outcome drive(localize::FindAndTrack& method, const Site& site, std::size_t first, int updates) {
-  Outcome outcome;
+/// Counts updates by the wheels: each 0.2 m or 0.2 rad.
+struct Updates {
   double way = 0, turned = 0;
-  int done = 0;
+  int done = 1;  // the first scan is one
+
+  void add(const Pose2& step) {
+    way += step.translation().norm(), turned += std::abs(step.theta);
+    if (way > 0.2 || turned > 0.2) ++done, way = turned = 0;
+  }
+};
+
+/// Questions from which that many updates are on what the half map knows.
+std::vector<std::size_t> starts(const bench::SplitSite& run, int updates, double known) {
+  std::vector<std::size_t> found;
+  for (const std::size_t q : run.questions()) {
+    Updates count;
+    std::size_t last = q;
+    while (count.done < updates && ++last < run.site.scans.size())
+      count.add(step(run.site, last).value_or(Pose2{}));
+    if (run.knows(q, last, known)) found.push_back(q);
+  }
+  if (found.empty()) throw Error("no scan to start from");
+  return found;
+}
+
+/// Drives on from scan `first` for so many updates.
+Outcome drive(localize::FindAndTrack& method, const bench::SplitSite& run, std::size_t first,
+              int updates) {
+  Outcome outcome;
+  Updates count;
   bool right = false;
-  Estimate e;
-  for (std::size_t k = first; k < site.scans.size() && done < updates; ++k) {
-    const auto scan = fed(site, k, k > first);
-    way += scan.T_previous_robot.translation().norm();
-    turned += std::abs(scan.T_previous_robot.theta);
-    e = method.add(scan);
-    if (k == first || way > 0.2 || turned > 0.2) ++done, way = turned = 0;
-    const Pose2 off = between(site.scans[k].estimate.T_map_robot, e.T_map_robot);
-    right = off.translation().norm() < 0.5 && std::abs(off.theta) < radians(10);
-    if (outcome.told < 0 && e.health == Health::lost) outcome.told = done;
+  for (std::size_t k = first; k < run.site.scans.size(); ++k) {
+    const auto scan = fed(run.site, k, k > first);
+    if (k > first) count.add(scan.T_previous_robot);
+    const Estimate e = method.add(scan);
+    right = run.right(k, e.T_map_robot);
+    if (outcome.told < 0 && e.health == Health::lost) outcome.told = count.done;
     if (outcome.found < 0 && right && method.tracking() && e.health != Health::lost)
-      outcome.found = done;
+      outcome.found = count.done;
+    if (count.done == updates) break;
   }
   outcome.wrong = method.tracking() && !right;
   return outcome;
 }
 
-void kidnap(const std::string& site_file, int times) {
-  const Site site = io::read_site(site_file);
-  const auto halves = bench::split(site, bench::every_other_minute(site));
-  const auto& place = halves.place;
+void kidnap(const std::string& site_file, int times, double known) {
+  constexpr int kFrom = 40, kTo = 20;
+  const bench::SplitSite run = halves(site_file);
+  const auto from = starts(run, kFrom, known), to = starts(run, kTo, known);
   RandomStream random(1);
-  const auto question = [&] { return halves.questions[random.below(halves.questions.size())]; };
+  const auto at = [&](std::size_t i) {
+    return run.site.scans[i].estimate.T_map_robot.translation();
+  };
   int within[2] = {}, recovered = 0, told = 0, wrong = 0;
   std::vector<int> needed;
   for (int i = 0; i < times; ++i) {
-    localize::FindAndTrack method(place, {}, {}, {});
-    const std::size_t a = question();
-    std::size_t b = question();
-    while ((site.scans[a].estimate.T_map_robot.translation() -
-            site.scans[b].estimate.T_map_robot.translation())
-               .norm() < 3)
-      b = question();
-    const Outcome start = drive(method, site, a, 40);
+    localize::FindAndTrack method(run.place, {}, {}, {});
+    const std::size_t a = from[random.below(from.size())];
+    std::size_t b = to[random.below(to.size())];
+    while ((at(a) - at(b)).norm() < 3) b = to[random.below(to.size())];
+    const Outcome start = drive(method, run, a, kFrom);
     within[0] += start.found > 0 && start.found <= 15;
     within[1] += start.found > 0;
     wrong += start.wrong;
     if (start.found < 0 || start.wrong) continue;
     needed.push_back(start.found);
-    const Outcome carried = drive(method, site, b, 20);
+    const Outcome carried = drive(method, run, b, kTo);
     recovered += carried.found > 0;
     told += carried.told > 0 && carried.told <= 5;
     wrong += carried.wrong;
@@ -199,10 +230,11 @@ void kidnap(const std::string& site_file, int times) {
   std::sort(needed.begin(), needed.end());
   const double n = times, m = static_cast<double>(needed.size());
   fmt::print(
-      "found within 15 updates {:.1f} %, 40 {:.1f} %, median {}; carried away: recovered "
-      "within 20 {:.1f} %, told within 5 {:.1f} %; at a wrong place at the end {}\n",
-      100 * within[0] / n, 100 * within[1] / n, needed.empty() ? 0 : needed[needed.size() / 2],
-      100 * recovered / m, 100 * told / m, wrong);
+      "{} scans to start from, {} to be carried to, {:.0f} % of the way known: found within 15 "
+      "updates {:.1f} %, 40 {:.1f} %, median {}; carried away: recovered within 20 {:.1f} %, told "
+      "within 5 {:.1f} %; at a wrong place at the end {}\n",
+      from.size(), to.size(), 100 * known, 100 * within[0] / n, 100 * within[1] / n,
+      needed.empty() ? 0 : needed[needed.size() / 2], 100 * recovered / m, 100 * told / m, wrong);
 }
 
 /// What a method claims of a log on a map where it cannot be: that of another building, or of the
@@ -240,7 +272,8 @@ int main(int argc, char** argv) {
     else if (task == "search" && argc > 2)
       search(argv[2], argc > 3 ? std::stoi(argv[3]) : 200, argc > 4 ? std::stoi(argv[4]) : 1);
     else if (task == "kidnap" && argc > 2)
-      kidnap(argv[2], argc > 3 ? std::stoi(argv[3]) : 200);
+      for (const double known : {0.95, 0.0})
+        kidnap(argv[2], argc > 3 ? std::stoi(argv[3]) : 200, known);
     else if (task == "foreign" && argc > 3)
       foreign(argv[2], argv[3], argc > 4 ? argv[4] : "global", argc > 5 ? std::stod(argv[5]) : 1);
     else

@@ -16,6 +16,7 @@
 
 #include "bench/split_site.hpp"
 #include "majak/core/random.hpp"
+#include "majak/io/site_file.hpp"
 #include "majak/localize/markov.hpp"
 
 namespace {
@@ -27,6 +28,14 @@ double cpu() {
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
+
+/// Every other 12 m of the run make the map, the robot is localized in the others.
+struct Run : bench::SplitSite {
+  std::vector<localize::FedScan> scans;
+
+  Run(const Site& run, const std::string& log)
+      : SplitSite(run, bench::by_way(run)), scans(bench::scans_of(log, run)) {}
+};
 
 /// A filter that is stepped along a log and timed.
 struct Robot {
@@ -60,10 +69,10 @@ double mean(const std::vector<double>& v) {
   return v.empty() ? 0 : sum / static_cast<double>(v.size());
 }
 
-void global(const bench::SplitSite& run, int times) {
+void global(const Run& run, int times) {
   constexpr int kLooks[] = {1, 2, 5, 10, 15, 40};
   constexpr int kMany = 6;
-  const auto from = run.starts(8.5);
+  const auto from = run.starts(8.5, 0);
   RandomStream random(1);
   int right[kMany] = {}, counted[kMany] = {}, sure = 0, sure_and_wrong = 0;
   std::vector<double> first, later, localized, errors, turns;
@@ -102,9 +111,9 @@ void global(const bench::SplitSite& run, int times) {
              degrees(mean(turns)));
 }
 
-void kidnapped(const bench::SplitSite& run, int times) {
+void kidnapped(const Run& run, int times) {
   constexpr int kBefore = 25, kAfter = 40;
-  const auto from = run.starts(8.5);
+  const auto from = run.starts(8.5, 0);
   RandomStream random(2);
   std::vector<double> back;
   int asked = 0;
@@ -140,7 +149,7 @@ void kidnapped(const bench::SplitSite& run, int times) {
       asked, times, share(5), share(10), share(20), share(40));
 }
 
-void along(const bench::SplitSite& run) {
+void along(const Run& run) {
   const auto place = localize::place_of(run.site);
   Robot robot(place);
   std::vector<double> seconds, errors, turns;
@@ -182,7 +191,7 @@ int main(int argc, char** argv) {
     if (task != "global" && task != "kidnapped" && task != "log")
       throw Error("run_markov global|kidnapped|log SITE LOG [TIMES]");
     const int times = argc > 4 ? std::stoi(argv[4]) : 50;
-    const bench::SplitSite run(argv[2], argv[3]);
+    const Run run(io::read_site(argv[2]), argv[3]);
     if (task == "global") global(run, times);
     if (task == "kidnapped") kidnapped(run, times);
     if (task == "log") along(run);

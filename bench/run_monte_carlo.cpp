@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/halves.hpp"
+#include "bench/split_site.hpp"
 #include "majak/core/error.hpp"
 #include "majak/core/random.hpp"
 #include "majak/io/site_file.hpp"
@@ -38,74 +38,17 @@ double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-std::vector<localize::FedScan> feed(const std::string& log) {
-  localize::ScanFeed feed;
+/// Every other 12 m of the run make the map, the robot is localized in the others.
+struct Run : bench::SplitSite {
   std::vector<localize::FedScan> scans;
-  const auto take = [&] {
-    while (auto scan = feed.next()) {
-      scans.push_back(std::move(*scan));
-      feed.observe(scans.back().T_previous_robot, false);
-    }
-  };
-  const auto source = io::open_log(log);
-  while (const auto event = source->next()) feed.add(*event), take();
-  feed.end(), take();
-  return scans;
-}
 
-/// A run with the scans of its log, numbered alike.
-struct Run {
-  Site site;
-  std::vector<localize::FedScan> scans;
-  std::vector<int> piece;  ///< of 60 updates' worth of motion
-
-  Run(const std::string& site_file, const std::string& log)
-      : site(io::read_site(site_file)), scans(feed(log)) {
-    if (scans.size() != site.scans.size()) throw Error("the run is not of this log");
-    double way = 0;
-    for (const PosedScan& s : site.scans) {
-      const std::size_t i = piece.size();
-      if (i > 0) {
-        const Pose2 step = between(site.scans[i - 1].estimate.T_map_robot, s.estimate.T_map_robot);
-        way += std::max(step.translation().norm(), std::abs(step.theta));
-      }
-      piece.push_back(static_cast<int>(way / 12));
-    }
-  }
-  bench::Halves halves() const {
-    std::vector<bool> known;
-    for (const int p : piece) known.push_back(p % 2 == 0);
-    return bench::split(site, known);
-  }
-  bool right(std::size_t i, const Pose2& T_map_robot) const {
-    const Pose2 off = between(site.scans[i].estimate.T_map_robot, T_map_robot);
-    return off.translation().norm() < 0.5 && std::abs(off.theta) < radians(10);
-  }
+  Run(const Site& run, const std::string& log)
+      : SplitSite(run, bench::by_way(run)), scans(bench::scans_of(log, run)) {}
 };
 
-/// Questions whose next `way` (m, or rad turned) lies in their piece, `covered` of its scans on
-/// known ground.
-std::vector<std::size_t> starts(const Run& run, const bench::Halves& halves, double way,
-                                double covered) {
-  std::vector<std::size_t> found;
-  for (const std::size_t q : halves.questions) {
-    double left = way;
-    std::size_t i = q, known = 0;
-    for (; i < run.piece.size() && run.piece[i] == run.piece[q] && left > 0; ++i) {
-      const Pose2& m = run.scans[i].T_previous_robot;
-      left -= std::max(m.translation().norm(), std::abs(m.theta));
-      known += halves.covered[i];
-    }
-    if (left <= 0 && static_cast<double>(known) >= covered * static_cast<double>(i - q))
-      found.push_back(q);
-  }
-  if (found.empty()) throw Error("no scan to start from");
-  return found;
-}
-
-void global(const Run& run, const bench::Halves& halves, double covered, int times) {
+void global(const Run& run, double covered, int times) {
   constexpr int kLooks[] = {1, 2, 5, 15, 40};
-  const auto from = starts(run, halves, kWay, covered);
+  const auto from = run.starts(kWay, covered);
   fmt::print("{} starts with {:.0f} % of the next {} m on known ground\n", from.size(),
              100 * covered, kWay);
   RandomStream random(1);
@@ -113,7 +56,7 @@ void global(const Run& run, const bench::Halves& halves, double covered, int tim
   double time = 0, longest = 0;
   int updates = 0;
   for (int k = 0; k < times; ++k) {
-    localize::MonteCarlo filter(halves.place, {.seed = k + 1});
+    localize::MonteCarlo filter(run.place, {.seed = k + 1});
     const std::size_t first = from[random.below(from.size())];
     for (std::size_t i = first, look = 0; i < run.scans.size() && look < 5; ++i) {
       localize::FedScan scan = run.scans[i];
@@ -141,8 +84,7 @@ void global(const Run& run, const bench::Halves& halves, double covered, int tim
 
 void kidnapped(const Run& run, int times) {
   constexpr int kBefore = 20, kAfter = 40;
-  const auto halves = run.halves();
-  const auto from = starts(run, halves, kWay, 0.95);
+  const auto from = run.starts(kWay, 0.95);
   RandomStream random(2);
   std::vector<int> back, told;
   int asked = 0;
@@ -153,7 +95,7 @@ void kidnapped(const Run& run, int times) {
         (poses[i].estimate.T_map_robot.translation() - poses[to].estimate.T_map_robot.translation())
             .norm() < 3)
       to = from[random.below(from.size())];
-    localize::MonteCarlo filter(halves.place, {.seed = k + 1, .start_sigma = 0.3},
+    localize::MonteCarlo filter(run.place, {.seed = k + 1, .start_sigma = 0.3},
                                 poses[i].estimate.T_map_robot);
     Estimate e;
     bool first = true;
@@ -231,12 +173,14 @@ void simulated(int seeds, double sigma) {
   double way[2] = {}, turn[2] = {}, nees = 0;
   int n = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
+    sim::SimulationOptions drive;
+    drive.seed = seed;
     localize::MonteCarlo filter(place, {.seed = seed, .start_sigma = 0.1}, path.start);
     localize::Tracker tracker(place, {}, path.start);
     localize::ScanFeed feed;
     std::vector<Pose2> truth;
     std::size_t i = 0;
-    for (const Event& event : sim::simulate(world, path, {.seed = seed})) {
+    for (const Event& event : sim::simulate(world, path, drive)) {
       if (const auto* t = std::get_if<Truth>(&event)) truth.push_back(t->T_world_robot);
       feed.add(event);
       while (i < truth.size()) {  // a scan's truth comes after it
@@ -299,16 +243,13 @@ int main(int argc, char** argv) {
     if ((task != "global" && task != "kidnapped" && task != "log") || argc < 4)
       throw Error(
           "run_monte_carlo global|kidnapped|log SITE LOG [TIMES] | simulated [SEEDS] | learn SITE");
-    const Run run(argv[2], argv[3]);
-    if (task == "global") {
-      const auto halves = run.halves();
-      for (const double covered : {0.95, 0.0}) global(run, halves, covered, times);
-    }
+    const Run run(io::read_site(argv[2]), argv[3]);
+    if (task == "global")
+      for (const double covered : {0.95, 0.0}) global(run, covered, times);
     if (task == "kidnapped") kidnapped(run, times);
     if (task == "log") {
       along(run, localize::place_of(run.site), nullptr);
-      const auto halves = run.halves();
-      along(run, halves.place, &halves.covered);
+      along(run, run.place, &run.covered);
     }
   } catch (const Error& e) {
     fmt::print(stderr, "{}\n", e.what());
