@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tracking on a known map in simulation: how far off the truth, against what the scan could tell at
-// best (Cramer-Rao), and whether the covariance is honest. The map's frame is the world's.
-//   run_tracking [--runs N] [--first SEED] [--set tracking.OPTION=VALUE]
+// Tracking, or another method, on a known map in simulation: how far off the truth, against what
+// the scan could tell at best (Cramer-Rao), and whether the covariance is honest. The map's frame
+// is the world's.
+//   run_tracking [--method NAME] [--runs N] [--first SEED] [--only CASE] [--set OPTION=VALUE]...
+// Monte Carlo begins anywhere, unless told otherwise: --set monte_carlo.start_sigma=0.3
 #include <fmt/core.h>
 
 #include <Eigen/Cholesky>
@@ -14,7 +16,7 @@
 #include "majak/core/error.hpp"
 #include "majak/core/random.hpp"
 #include "majak/eval/consistency.hpp"
-#include "majak/localize/tracking.hpp"
+#include "majak/methods/methods.hpp"
 #include "majak/sim/buildings.hpp"
 #include "majak/sim/simulator.hpp"
 
@@ -228,14 +230,21 @@ struct Outcome {
 
 constexpr std::size_t kSkipped = 10;  // scans at the beginning, when the start is still told
 
-Outcome run(const Case& c, const localize::TrackingOptions& options, std::uint64_t seed) {
+/// A method of localization and what it is told.
+struct Tried {
+  const char* method = "tracking";
+  methods::LocalizeOptions options;
+};
+
+Outcome run(const Case& c, const Tried& tried, std::uint64_t seed) {
   const sim::World plain(sim::building());
   const sim::Path path = sim::plan_tour(plain, {.short_tour = true});
   const Worlds w = worlds(path, c.doors, seed);
   const auto drive = simulation(c, seed);
-  const auto place = localize::place_of(c.map == MapKind::exact
-                                            ? surveyed(w.map, path)
-                                            : mapped(w.map, path, simulation(c, seed + 500000)));
+  methods::LocalizeOptions options = tried.options;
+  options.place = localize::place_of(c.map == MapKind::exact
+                                         ? surveyed(w.map, path)
+                                         : mapped(w.map, path, simulation(c, seed + 500000)));
   std::vector<Scan> scans;
   std::vector<Pose2> truth;
   std::vector<Event> events;
@@ -255,9 +264,9 @@ Outcome run(const Case& c, const localize::TrackingOptions& options, std::uint64
     if (std::holds_alternative<Odometry>(event) && !c.odometry) continue;
     events.push_back(std::move(event));
   }
-  localize::TrackingOptions used = options;
-  if (!c.moving) used.mirror_turn = 0;
-  auto localizer = localize::tracking(place, used, truth.front());
+  options.start = truth.front();
+  if (!c.moving) options.tracking.mirror_turn = 0;
+  const auto localizer = methods::method(tried.method).make(options);
   for (const Event& event : events) localizer.add(event);
   const auto result = localizer.finish();
   Outcome o;
@@ -268,7 +277,7 @@ Outcome run(const Case& c, const localize::TrackingOptions& options, std::uint64
                    angle_diff(e.T_map_robot.theta, truth[i].theta));
     o.farthest = std::max(o.farthest, off.head<2>().norm());
     o.not_ok += e.health != Health::ok;
-    o.nis += result.innovations[i].nis;
+    if (!result.innovations.empty()) o.nis += result.innovations[i].nis;
     o.last_nees = eval::nees(e.T_map_robot, e.covariance, truth[i]).value_or(0);
     o.nees += o.last_nees;
     o.square += off.head<2>().squaredNorm();
@@ -286,12 +295,12 @@ Outcome run(const Case& c, const localize::TrackingOptions& options, std::uint64
   return o;
 }
 
-void print_case(const Case& c, const localize::TrackingOptions& options, int runs, int first) {
+void print_case(const Case& c, const Tried& tried, int runs, int first) {
   Outcome sum;
   int within = 0;
   double worst_nees = 0;
   for (int i = 0; i < runs; ++i) {
-    const Outcome o = run(c, options, static_cast<std::uint64_t>(first + i));
+    const Outcome o = run(c, tried, static_cast<std::uint64_t>(first + i));
     sum.square += o.square / runs, sum.square_turn += o.square_turn / runs;
     sum.bound += o.bound / runs, sum.bound_turn += o.bound_turn / runs;
     sum.against_bound += o.against_bound / runs;
@@ -310,7 +319,7 @@ void print_case(const Case& c, const localize::TrackingOptions& options, int run
       1e3 * sum.farthest, 100.0 * within / runs, 100 * sum.not_ok);
 }
 
-void set(localize::TrackingOptions& options, const std::string& text) {
+void set(methods::LocalizeOptions& options, const std::string& text) {
   OptionFields fields;
   describe(fields, options);
   const std::size_t equal = text.find('=');
@@ -319,6 +328,7 @@ void set(localize::TrackingOptions& options, const std::string& text) {
       const double value = std::stod(text.substr(equal + 1));
       if (auto* const* d = std::get_if<double*>(&f.value)) **d = value;
       if (auto* const* k = std::get_if<int*>(&f.value)) **k = static_cast<int>(value);
+      if (auto* const* b = std::get_if<bool*>(&f.value)) **b = value != 0;
       return;
     }
   throw Error("no such option: " + text);
@@ -331,14 +341,15 @@ int main(int argc, char** argv) {
   using namespace majak;
   int runs = 50, first = 1001;
   std::string only;
-  localize::TrackingOptions options;
+  bench::Tried tried;
   try {
     for (int i = 1; i + 1 < argc; i += 2) {
       const std::string name = argv[i];
       if (name == "--runs") runs = std::stoi(argv[i + 1]);
       if (name == "--first") first = std::stoi(argv[i + 1]);
       if (name == "--only") only = argv[i + 1];
-      if (name == "--set") bench::set(options, argv[i + 1]);
+      if (name == "--set") bench::set(tried.options, argv[i + 1]);
+      if (name == "--method") tried.method = argv[i + 1];
     }
     const double n = 3.0 * runs;
     fmt::print(
@@ -350,7 +361,7 @@ int main(int argc, char** argv) {
         eval::chi_square_quantile(0.975, n) / runs);
     for (const bench::Case& c : bench::kCases)
       if (only.empty() || std::string(c.name).find(only) != std::string::npos) {
-        bench::print_case(c, options, runs, first);
+        bench::print_case(c, tried, runs, first);
         std::fflush(stdout);
       }
   } catch (const Error& error) {
