@@ -23,12 +23,15 @@ constexpr double kLeastCluster = 0.05;
 constexpr double kWeak = 0.10;  // m, sigma of a direction from which on it is weak
 
 constexpr double kLeap = 1.5, kLeapTurn = 0.6;  // m, rad, from where the cloud was expected
-constexpr double kRest = 1e-3;  // m, rad: by less than that wheels that rest do not seem to move
-constexpr double kFound = 0.5;  // weight of a cluster that is likelier than all others
+constexpr double kRest = 1e-3;    // m, rad: by less than that wheels that rest do not seem to move
+constexpr double kAgreeing = 16;  // squared Mahalanobis distance of tracker and cloud
+constexpr double kAside = 1.5;    // sigma, from the mean, where trackers begin, too
+constexpr double kBetter = 0.02;  // share of returns by which another tracker must fit better
+constexpr double kFound = 0.5;    // weight of a cluster that is likelier than all others
 constexpr double kSlipped = 0.3, kAnywhere = 0.3;  // of new particles
 constexpr double kSearching = 0.1;                 // share of new particles while there is none
 // Proposals: added to what a fit says of itself, and what it may be at most.
-constexpr double kProposalSigma = 0.03, kProposalTurn = 0.01;   // m, rad
+constexpr double kProposalSigma = 0.10, kProposalTurn = 0.01;   // m, rad
 constexpr double kProposalMost = 0.5, kProposalTurnMost = 0.2;  // m, rad
 
 // What a stream of random numbers is for; streams are keyed (seed, 4 * update + purpose, particle).
@@ -60,6 +63,13 @@ Mat3 diagonal(double translation, double rotation) {
   return Vec3(translation, translation, rotation).cwiseAbs2().asDiagonal();
 }
 
+bool agrees(const Estimate& tracked, const Estimate& cloud) {
+  const Pose2 &a = tracked.T_map_robot, &b = cloud.T_map_robot;
+  const Vec3 off(a.x - b.x, a.y - b.y, angle_diff(a.theta, b.theta));
+  const Mat3 spread = tracked.covariance + cloud.covariance;
+  return tracked.health != Health::lost && off.dot(spread.ldlt().solve(off)) < kAgreeing;
+}
+
 }  // namespace
 
 MonteCarlo::MonteCarlo(PlacePtr place, const MonteCarloOptions& options, const Pose2& start,
@@ -74,7 +84,10 @@ MonteCarlo::MonteCarlo(PlacePtr place, const MonteCarloOptions& options, const P
 
 Estimate MonteCarlo::add(const FedScan& scan) {
   updated_ = due(scan);
-  if (!updated_) return estimate();
+  return refined(scan, updated_ ? update(scan) : estimate());
+}
+
+Estimate MonteCarlo::update(const FedScan& scan) {
   if (updates_ == 0) {
     begin(scan.scan);
   } else {
@@ -302,6 +315,41 @@ Estimate MonteCarlo::estimate() const {
   if (!found() || !fits(options_.doubt)) estimate.health = Health::degraded;
   if (best.probability < kFound || leapt_ || !fits(options_.lost)) estimate.health = Health::lost;
   return estimate;
+}
+
+// The cloud's mean errs by centimetres: it is of a few hundred samples of a belief that is kept
+// wide. Within its spread the scans are matched as in tracking. That may have begun at the wrong
+// wall end, so at each update one that begins at the cloud's mean may take over. The covariance
+// stays the cloud's: wider than the error, but not too sure where a map of cells misleads matching.
+Estimate MonteCarlo::refined(const FedScan& scan, Estimate cloud) {
+  if (tracker_) tracked_ = tracker_->add(scan);
+  if (cloud.health == Health::lost || (tracker_ && !agrees(tracked_, cloud))) tracker_.reset();
+  if (cloud.health != Health::lost && (updated_ || !tracker_)) track_from(scan, cloud);
+  if (tracker_) cloud.T_map_robot = tracked_.T_map_robot;
+  return cloud;
+}
+
+// From the mean; where there is no tracker yet, also from either side of it, the farther way.
+void MonteCarlo::track_from(const FedScan& scan, const Estimate& cloud) {
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+  axes.computeDirect(cloud.covariance.topLeftCorner<2, 2>());
+  const double longest = std::sqrt(axes.eigenvalues()(1));
+  TrackingOptions within;
+  within.start_sigma = longest;
+  within.start_turn = std::sqrt(cloud.covariance(2, 2));
+  FedScan here = scan;
+  here.T_previous_robot = {};
+  const bool alone = !tracker_;
+  for (const double side : {0.0, kAside, -kAside}) {
+    if (side != 0 && !alone) break;
+    const Vec2 at = cloud.T_map_robot.translation() + side * longest * axes.eigenvectors().col(1);
+    Tracker other(place_, within, {at.x(), at.y(), cloud.T_map_robot.theta});
+    const Estimate found = other.add(here);
+    const double least = tracker_ ? tracker_->match().score + (alone ? 0 : kBetter) : 0;
+    if (!agrees(found, cloud) || other.match().score <= least) continue;
+    tracker_.emplace(std::move(other));
+    tracked_ = found;
+  }
 }
 
 // New particles where the fit falls off, or where several places are as good.

@@ -3,7 +3,8 @@
 // poses, each with a weight. They move as the wheels say, each with an error of its own; they weigh
 // what the laser says where they are; the light ones die, the heavy ones multiply. Begins anywhere
 // on the map, and recovers when it is carried away: places that fit the scan join the cloud when
-// the cloud itself fits no longer (docs/MATH.md "Monte Carlo localization").
+// the cloud itself fits no longer (docs/MATH.md "Monte Carlo localization"). The cloud tells where
+// the robot is, each scan then how exactly: a tracker runs within the heaviest cluster.
 //
 //   MonteCarlo filter(place, {});
 //   while (const auto scan = feed.next()) estimate = filter.add(*scan);
@@ -12,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "majak/core/estimate.hpp"
@@ -24,6 +26,7 @@
 #include "majak/localize/plausibility.hpp"
 #include "majak/localize/pose_bins.hpp"
 #include "majak/localize/scan_feed.hpp"
+#include "majak/localize/tracking.hpp"
 #include "majak/match/beam_model.hpp"
 #include "majak/match/likelihood_field.hpp"
 
@@ -65,6 +68,7 @@ class MonteCarlo {
   MonteCarlo(PlacePtr place, const MonteCarloOptions& options, const Pose2& start = {},
              Threads threads = {});
 
+  /// The pose is that of the tracker within the heaviest cluster, the covariance the cluster's.
   Estimate add(const FedScan& scan);
 
   /// Between two scans: what another sense says, P(s | l) of each pose (the floor's colour, see
@@ -89,6 +93,7 @@ class MonteCarlo {
 
  private:
   bool due(const FedScan& scan);
+  Estimate update(const FedScan& scan);
   void begin(const Scan& scan);
   void move();
   void weigh(const Scan& scan);
@@ -99,6 +104,8 @@ class MonteCarlo {
   bool found() const { return clusters_.front().probability >= options_.sure; }
   bool fits(double worse) const { return slow_mass_ == 0 || fast_ <= slow_ + worse; }
   Estimate estimate() const;
+  Estimate refined(const FedScan& scan, Estimate cloud);
+  void track_from(const FedScan& scan, const Estimate& cloud);
   std::size_t fresh_wanted() const;
   void resample(std::size_t fresh);
   std::size_t wanted_size();
@@ -124,6 +131,8 @@ class MonteCarlo {
   match::Beams beams_;
   std::size_t counted_ = 0;  // beams that say something
   std::vector<Hypothesis> clusters_;
+  std::optional<Tracker> tracker_;  // within the heaviest
+  Estimate tracked_;
 
   Pose2 T_update_robot_;  // moved since the last update, and how surely
   Mat3 moved_covariance_ = Mat3::Zero();

@@ -131,6 +131,31 @@ TEST(MonteCarlo, TracksWithFewParticlesAndHonestCovariance) {
   EXPECT_LT(nees / n, 3);
 }
 
+TEST(MonteCarlo, MatchingIsNearerThanTheCloudAndStaysWithinIt) {
+  Site site;  // every other scan makes the map
+  for (std::size_t i = 0; i < drive().scans.size(); i += 2) {
+    site.scans.push_back({drive().scans[i].scan, {}, {}, {}, i % 8 == 0, 1});
+    site.scans.back().estimate.T_map_robot = drive().truth[i];
+  }
+  MonteCarlo filter(place_of(site), {.start_sigma = 0.2}, drive().truth.front());
+  Vec3 squares[2] = {Vec3::Zero(), Vec3::Zero()};
+  for (std::size_t i = 0; i < 500; ++i) {
+    const Estimate e = filter.add(drive().scans[i]);
+    if (!filter.updated() || filter.updates() < 5 || i % 2 == 0) continue;
+    const Hypothesis& cloud = filter.clusters().front();
+    const auto off = [](const Pose2& a, const Pose2& b) {
+      return Vec3(a.x - b.x, a.y - b.y, angle_diff(a.theta, b.theta));
+    };
+    squares[0] += off(cloud.T_map_robot, drive().truth[i]).cwiseAbs2();
+    squares[1] += off(e.T_map_robot, drive().truth[i]).cwiseAbs2();
+    const Vec3 apart = off(e.T_map_robot, cloud.T_map_robot);
+    EXPECT_LT(apart.dot(cloud.covariance.inverse() * apart), 2 * 16);
+    EXPECT_EQ(e.covariance, cloud.covariance);
+  }
+  EXPECT_LT(squares[1].head<2>().sum(), 0.6 * squares[0].head<2>().sum());
+  EXPECT_LT(squares[1].z(), 0.3 * squares[0].z());
+}
+
 TEST(MonteCarlo, TheSameForAnyNumberOfThreads) {
   const auto outputs = [](int threads) {
     MonteCarlo filter(drive().place, {.particles = 2000}, {}, {threads});
