@@ -9,7 +9,6 @@
 // map, the robot is localized in the others. A moment counts as right within 0.5 m and 10 degrees.
 #include <fmt/core.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -19,6 +18,7 @@
 #include "bench/split_site.hpp"
 #include "majak/core/error.hpp"
 #include "majak/core/random.hpp"
+#include "majak/eval/consistency.hpp"
 #include "majak/io/site_file.hpp"
 #include "majak/io/source.hpp"
 #include "majak/localize/monte_carlo.hpp"
@@ -166,11 +166,11 @@ void along(const Run& run, const localize::PlacePtr& place, const std::vector<bo
 }
 
 /// A tour of 100 m through the built-in building, on a map of cells of 2.5 cm.
-void simulated(int seeds, double sigma) {
+void simulated(int seeds, double sigma, double cell) {
   const sim::World world(sim::building());
   const sim::Path path = sim::plan_tour(world, {.short_tour = true});
-  const auto place = localize::place_of(sim::known_map(world, 0.025), {.sigma = sigma});
-  double way[2] = {}, turn[2] = {}, nees = 0;
+  const auto place = localize::place_of(sim::known_map(world, cell), {.sigma = sigma});
+  double way[2] = {}, turn[2] = {}, nees[2] = {};
   int n = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
     sim::SimulationOptions drive;
@@ -193,18 +193,17 @@ void simulated(int seeds, double sigma) {
           const Pose2 off = between(real, by[k].T_map_robot);
           way[k] += off.translation().squaredNorm(), turn[k] += off.theta * off.theta;
         }
-        const Vec3 off(by[0].T_map_robot.x - real.x, by[0].T_map_robot.y - real.y,
-                       angle_diff(by[0].T_map_robot.theta, real.theta));
-        nees += off.dot(by[0].covariance.inverse() * off);
+        for (int k = 0; k < 2; ++k)
+          nees[k] += eval::nees(by[k].T_map_robot, by[k].covariance, real).value_or(0);
         ++n;
       }
     }
   }
-  fmt::print("sigma of the likelihood field {} m\n", sigma);
+  fmt::print("cells of {} m, sigma of the likelihood field {} m, {} updates\n", cell, sigma, n);
   for (int k = 0; k < 2; ++k)
-    fmt::print("  {}: {:.4f} m, {:.3f} degrees RMS\n", k == 0 ? "monte-carlo" : "tracking",
-               std::sqrt(way[k] / n), degrees(std::sqrt(turn[k] / n)));
-  fmt::print("  monte-carlo: NEES {:.2f} (3), {} updates\n", nees / n, n);
+    fmt::print("  {}: {:.4f} m, {:.3f} degrees RMS, NEES {:.2f} (3)\n",
+               k == 0 ? "monte-carlo" : "tracking", std::sqrt(way[k] / n),
+               degrees(std::sqrt(turn[k] / n)), nees[k] / n);
 }
 
 void learn(const Site& site) {
@@ -235,7 +234,9 @@ int main(int argc, char** argv) {
   try {
     const std::string task = argc > 1 ? argv[1] : "";
     if (task == "simulated") {
-      for (const double sigma : {0.1, 0.05}) simulated(argc > 2 ? std::stoi(argv[2]) : 10, sigma);
+      for (const double cell : {0.025, 0.05})
+        for (const double sigma : {0.1, 0.05})
+          simulated(argc > 2 ? std::stoi(argv[2]) : 10, sigma, cell);
       return 0;
     }
     if (task == "learn" && argc > 2) return learn(io::read_site(argv[2])), 0;

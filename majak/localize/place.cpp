@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/localize/place.hpp"
 
+#include <cmath>
 #include <utility>
 
 #include "majak/core/error.hpp"
@@ -10,7 +11,7 @@
 namespace majak::localize {
 namespace {
 
-PlacePtr make(map::KnownMap known, map::SurfelMap surfaces,
+PlacePtr make(map::KnownMap known, map::SurfelMap surfaces, double surface_sigma,
               const match::LikelihoodFieldOptions& options) {
   if (known.area(map::CellState::occupied) == 0)
     throw Error("the map has no wall in it: no cell is occupied");
@@ -18,19 +19,21 @@ PlacePtr make(map::KnownMap known, map::SurfelMap surfaces,
     throw Error("the map has no free space: no cell in which a robot could be");
   map::DistanceField distances(known);
   match::LikelihoodField likelihood(known, distances, options);
-  return std::make_shared<const Place>(
-      Place{std::move(known), std::move(distances), std::move(likelihood), std::move(surfaces)});
+  return std::make_shared<const Place>(Place{std::move(known), std::move(distances),
+                                             std::move(likelihood), std::move(surfaces),
+                                             surface_sigma});
 }
 
 }  // namespace
 
 PlacePtr place_of(map::KnownMap known, const match::LikelihoodFieldOptions& options) {
   map::SurfelMap surfaces = match::surfaces(known);
-  return make(std::move(known), std::move(surfaces), options);
+  const double within_a_cell = known.resolution / std::sqrt(12.0);
+  return make(std::move(known), std::move(surfaces), within_a_cell, options);
 }
 
 PlacePtr place_of(const Site& site, const match::LikelihoodFieldOptions& options) {
-  return make(map::known_map(map::build_occupancy_grid(site)), match::surfaces(site), options);
+  return make(map::known_map(map::build_occupancy_grid(site)), match::surfaces(site), 0, options);
 }
 
 }  // namespace majak::localize

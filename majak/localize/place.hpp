@@ -17,6 +17,7 @@ struct Place {
   map::DistanceField distances;
   match::LikelihoodField likelihood;
   map::SurfelMap surfaces;
+  double surface_sigma = 0;  ///< m, by which they may lie beside the walls: within a cell
 };
 using PlacePtr = std::shared_ptr<const Place>;
 

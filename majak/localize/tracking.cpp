@@ -157,12 +157,13 @@ void Tracker::take(const Pose2& T_map_robot, const Mat3& covariance) {
   covariance_ = covariance;
 }
 
-// What the laser errs by from scan to scan alike is told, but not remembered: the next
-// scan does not make it less.
+// What the laser and the map's cells err by from scan to scan alike is told, but not remembered:
+// the next scan does not make it less.
 void Tracker::tell(Estimate& estimate) const {
   estimate.health = Health::ok;
   estimate.weak_direction = Vec2::Zero();
   estimate.covariance = covariance_ + errors_.of_ranges();
+  estimate.covariance.diagonal().head<2>().array() += place_->surface_sigma * place_->surface_sigma;
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
   axes.computeDirect(estimate.covariance.topLeftCorner<2, 2>());
   if (axes.eigenvalues()(1) > kWeak * kWeak) {

@@ -177,6 +177,20 @@ TEST(Tracking, OneScanAloneTellsOfAJumpOnlyWhereItFitsFarBetter) {
   EXPECT_NEAR(tracker.add(fed(scan, {}, 0.001)).T_map_robot.x, truth.x - 0.5, 0.01);
 }
 
+// All walls of a map may lie to the same side within their cells; no scan tells.
+TEST(Tracking, ACellsWidthIsInTheCovariance) {
+  const Pose2 truth = room().pose('a', 0.3);
+  const PlacePtr seen = place_seen(room(), {truth, {3, 1, 0}, {6.5, 2, 0}});
+  Place cells = *seen;
+  cells.surface_sigma = 0.03;
+  const FedScan scan = fed(room().scan(truth, fixture::all_around()), {}, 0.02);
+  const Mat3 sharp = Tracker(seen, {}, truth).add(scan).covariance;
+  const Mat3 wide = Tracker(std::make_shared<Place>(cells), {}, truth).add(scan).covariance;
+  EXPECT_TRUE((wide - sharp).isApprox(Mat3(Vec3(9e-4, 9e-4, 0).asDiagonal()), 1e-9));
+  EXPECT_EQ(seen->surface_sigma, 0);
+  EXPECT_NEAR(place_of(seen->known)->surface_sigma, seen->known.resolution / std::sqrt(12), 1e-12);
+}
+
 TEST(Tracking, CovarianceFollowsTheNoiseOfTheLaser) {
   const Pose2 truth = room().pose('a', 0.3);
   const PlacePtr place = place_seen(room(), {truth, {3, 1, 0}, {6.5, 2, 0}});
