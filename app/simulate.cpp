@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 struct SimulateOptions {
   std::string world = "building";
   std::string output;
-  std::string drive = "differential";
+  std::string drive;  // empty: what suits the world
   std::string reflectors;
   double cell = 0;  // m, of a plan
   double noise = 1;
@@ -57,6 +57,7 @@ constexpr const char* kHelp =
     "  majak simulate plan.txt --drive ackermann    your own plan: '#' wall, '.' floor, '>' start\n"
     "  majak simulate floor.png --cell 0.02         a picture, dark is wall, 2 cm a pixel\n"
     "  majak simulate yard --drive car -o car.mcap  a car reports speed and steering, no poses\n"
+    "  majak simulate park -o park.mcap             1.8 km among 200 trunks, by car\n"
     "  majak simulate --reflectors r.txt            with reflectors, and how bright each echo is\n"
     "  majak simulate --lag 0.1 --wrong-direction   a log as bad as some old ones\n"
     "\n"
@@ -152,6 +153,7 @@ Summary write_log(sim::Simulator& simulator, const SimulateOptions& o) {
 }
 
 void run_simulate(SimulateOptions& o) {
+  if (o.drive.empty()) o.drive = o.world == "park" ? "car" : "differential";
   o.simulation.robot.drive = drive_of(o.drive);
   o.simulation.robot.reports_steering =
       is_mcap(o.output) && o.simulation.robot.drive == sim::DriveKind::ackermann;
@@ -179,7 +181,9 @@ void run_simulate(SimulateOptions& o) {
 void add_simulate(CLI::App& app) {
   auto o = std::make_shared<SimulateOptions>();
   CLI::App* command = app.add_subcommand("simulate", kHelp);
-  command->add_option("world", o->world, "building, ring, corridor, yard, or a plan (text or PNG)")
+  command
+      ->add_option("world", o->world,
+                   "building, ring, corridor, yard, park, or a plan (text or PNG)")
       ->capture_default_str();
   command->add_option("-o,--output", o->output,
                       "the log, .log or .mcap; default: the world's name with .log");
@@ -188,8 +192,9 @@ void add_simulate(CLI::App& app) {
       ->capture_default_str();
   command
       ->add_option("--drive", o->drive,
-                   "differential, ackermann, car (one of full size) or omnidirectional")
-      ->capture_default_str();
+                   "differential, ackermann, car (one of full size) or omnidirectional; default: "
+                   "differential, in the park car")
+      ->type_name("NAME");
   command->add_option("--beams", o->simulation.beams, "of a scan: 181, 361, 101, 201 or 401")
       ->check(CLI::IsMember({181, 361, 101, 201, 401}).description(""))
       ->capture_default_str();

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "majak/core/error.hpp"
+#include "majak/sim/park.hpp"
 
 namespace majak::sim {
 
@@ -262,15 +263,18 @@ Scene yard() {
   return b.scene;
 }
 
-std::vector<std::string> built_in_names() { return {"building", "ring", "corridor", "yard"}; }
+std::vector<std::string> built_in_names() {
+  return {"building", "ring", "corridor", "yard", "park"};
+}
 
 Scene built_in(const std::string& name) {
   if (name == "building") return building();
   if (name == "ring") return ring();
   if (name == "corridor") return corridor();
   if (name == "yard") return yard();
-  throw Error(name +
-              ": no such world: choose building, ring, corridor or yard, or give a plan file");
+  if (name == "park") return park();
+  throw Error(
+      name + ": no such world: choose building, ring, corridor, yard or park, or give a plan file");
 }
 
 }  // namespace majak::sim

@@ -23,10 +23,10 @@ Scene corridor();
 /// ways round in arcs of 6 m radius: for a car of full size.
 Scene yard();
 
-/// "building", "ring", "corridor", "yard".
+/// "building", "ring", "corridor", "yard", "park".
 std::vector<std::string> built_in_names();
 
-/// By name; throws Error that lists the names.
+/// By name (park() is in park.hpp); throws Error that lists the names.
 Scene built_in(const std::string& name);
 
 }  // namespace majak::sim

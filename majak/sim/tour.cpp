@@ -204,6 +204,19 @@ std::vector<Vec2> make_tour(const Floor& floor, int start, double spacing) {
               std::to_string(p.y()) + ") m");
 }
 
+/// From the start to place after place in straight lines.
+Path straight_way(const World& world, const Floor& floor, const std::vector<Vec2>& places) {
+  const Pose2& start = world.scene().start;
+  std::vector<Vec2> points{start.translation()};
+  points.insert(points.end(), places.begin(), places.end());
+  points = resample(points, kPathStep);
+  for (const Vec2& p : points) {
+    const int cell = floor.cell_at(p);
+    if (cell >= 0 && !floor.free(cell)) refuse(world, p, "there is no room for the robot at");
+  }
+  return {start, std::move(points)};
+}
+
 }  // namespace
 
 double length(const std::vector<Vec2>& points) {
@@ -226,6 +239,7 @@ Path plan_tour(const World& world, const TourOptions& options) {
   for (int lap = 1; lap < options.laps; ++lap) {
     for (std::size_t i = 0; i < once; ++i) tour.push_back(tour[i]);
   }
+  if (scene.straight) return straight_way(world, floor, tour);
   std::vector<Vec2> points{scene.start.translation()};
   int here = start;
   for (const Vec2& place : tour) {

@@ -45,6 +45,7 @@ struct Scene {
   Pose2 start;                   ///< T_world_robot at the beginning
   std::vector<Vec2> tour;        ///< places to visit in this order; empty: a tour is made up
   std::vector<Vec2> short_tour;  ///< about 100 m, for statistics over many runs
+  bool straight = false;         ///< the tour is driven in straight lines from place to place
 };
 
 class World {
