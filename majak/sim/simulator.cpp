@@ -45,6 +45,7 @@ void describe(OptionFields& fields, SimulationOptions& o) {
   fields.add("simulate.people", o.people, {"", "who walk along the same ways", 0, 1000});
   describe(fields, o.laser);
   describe(fields, o.robot);
+  describe(fields, o.satellites);
 }
 
 void scale_noise(SimulationOptions& o, double factor) {
@@ -53,11 +54,13 @@ void scale_noise(SimulationOptions& o, double factor) {
     o.laser = sensor::perfect_range();
     o.laser.max_range = max_range;
     o.robot = perfect_wheels(o.robot);
+    o.satellites.sigma = o.satellites.bias_sigma = 0;
     return;
   }
-  for (double* value : {&o.laser.systematic_error, &o.laser.statistical_error, &o.laser.no_return,
-                        &o.robot.scale_sigma, &o.robot.unequal_sigma, &o.robot.track_sigma,
-                        &o.robot.steering_sigma, &o.robot.slip, &o.robot.steering_noise}) {
+  for (double* value :
+       {&o.laser.systematic_error, &o.laser.statistical_error, &o.laser.no_return,
+        &o.robot.scale_sigma, &o.robot.unequal_sigma, &o.robot.track_sigma, &o.robot.steering_sigma,
+        &o.robot.slip, &o.robot.steering_noise, &o.satellites.sigma, &o.satellites.bias_sigma}) {
     *value *= factor;
   }
 }
@@ -68,6 +71,7 @@ void make_car(SimulationOptions& o) {
   o.robot.max_steering = radians(35);
   o.robot.speed = 3, o.robot.acceleration = 1;
   o.mounting_x = 3.4;
+  o.satellites.antenna_x = 1.2, o.satellites.antenna_y = 0.4;
 }
 
 Simulator::Simulator(const World& world, const Path& path, const SimulationOptions& options)
@@ -76,7 +80,8 @@ Simulator::Simulator(const World& world, const Path& path, const SimulationOptio
       options_(options),
       variant_(sensor::variant_of_beams(options.beams)),
       noise_(options.laser, RandomStream(static_cast<std::uint64_t>(options.seed), kLaserRun)),
-      run_(drive_path(path, options.robot, static_cast<std::uint64_t>(options.seed))) {
+      run_(drive_path(path, options.robot, static_cast<std::uint64_t>(options.seed))),
+      satellites_(options.satellites, run_.duration(), static_cast<std::uint64_t>(options.seed)) {
   require(options.scan_rate > 0 && options.odometry_rate > 0, "rates must be more than 0 Hz");
   require(std::abs(options.odometry_lag) <= 10, "odometry_lag must lie within +-10 s");
   require(options.start_time >= 0 && options.start_time <= 4e9, "start_time must be 0 ... 4e9 s");
@@ -110,7 +115,9 @@ Duration Simulator::odometry_time(std::int64_t record) const {
 std::optional<Event> Simulator::next() {
   // What is still to be produced arrives at its own time at the earliest.
   const auto earliest = [this] {
-    return stamp_of(std::min(next_scan_ * period_, odometry_time(next_odometry_)));
+    Duration time = std::min(next_scan_ * period_, odometry_time(next_odometry_));
+    if (options_.satellites.on) time = std::min(time, satellites_.time(next_fix_));
+    return stamp_of(time);
   };
   while (next_scan_ * period_ + sensor::scan_duration(variant_) <= run_.duration() &&
          (waiting_.empty() || waiting_.begin()->first.first >= earliest())) {
@@ -135,11 +142,21 @@ Event Simulator::wheels_report(std::int64_t record) const {
   return WheelMotion{stamp, mean.x(), mean.y()};
 }
 
-/// One scan with its truth, and the odometry records that precede it.
+void Simulator::produce_fixes(Duration until) {
+  for (; satellites_.time(next_fix_) <= until; ++next_fix_) {
+    auto fix = satellites_.fix(next_fix_, run_.truth(satellites_.time(next_fix_)));
+    if (!fix) continue;
+    fix->time = stamp_of(fix->time);
+    put(fix->time, *fix);
+  }
+}
+
+/// One scan with its truth, and the odometry records and fixes that precede it.
 void Simulator::produce() {
   const Duration scan_time = next_scan_ * period_;
   for (; odometry_time(next_odometry_) <= scan_time; ++next_odometry_)
     put(stamp_of(odometry_time(next_odometry_)), wheels_report(next_odometry_));
+  if (options_.satellites.on) produce_fixes(scan_time);
   const Time arrival = arrival_of_scan(next_scan_);
   put(arrival, make_scan(next_scan_, arrival));
   put(arrival, Truth{arrival, run_.truth(scan_time)});

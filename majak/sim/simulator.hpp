@@ -13,6 +13,7 @@
 #include "majak/core/event.hpp"
 #include "majak/sensor/lms291.hpp"
 #include "majak/sim/robot.hpp"
+#include "majak/sim/satellites.hpp"
 #include "majak/sim/world.hpp"
 
 namespace majak::sim {
@@ -25,6 +26,7 @@ struct SimulationOptions {
   double start_time = 1e9;    ///< s, stamp of the run's begin (seconds since 1970 look like this)
   sensor::RangeNoiseOptions laser;
   RobotOptions robot;
+  SatelliteOptions satellites;
   double mounting_x = 0.1;    ///< m, T_robot_laser
   double mounting_y = 0;      ///< m
   double mounting_theta = 0;  ///< rad
@@ -39,16 +41,16 @@ struct SimulationOptions {
 };
 void describe(OptionFields& fields, SimulationOptions& options);
 
-/// Every error of laser and wheels times `factor`; 0: all of them off, mixed pixels and
-/// limited reach included.
+/// Every error of laser, wheels and satellites times `factor`; 0: all of them off, mixed pixels and
+/// limited reach included. Faults stay.
 void scale_noise(SimulationOptions& options, double factor);
 
-/// An Ackermann drive of full size, the laser at its bumper.
+/// An Ackermann drive of full size, the laser at its bumper, the antenna on its roof.
 void make_car(SimulationOptions& options);
 
-/// Yields Odometry (or WheelMotion: means since the record before), Scan and Truth. Truth carries
-/// the stamp of its scan and the pose of the robot when beam 0 was fired; beam i of a scan was
-/// fired sensor::beam_time(i) later.
+/// Yields Odometry (or WheelMotion: means since the record before), GpsFix, Scan and Truth. Truth
+/// carries the stamp of its scan and the pose of the robot when beam 0 was fired; beam i of a scan
+/// was fired sensor::beam_time(i) later.
 class Simulator {
  public:
   /// `world` must outlive the simulator. Throws Error when an option is out of its range or the
@@ -63,6 +65,7 @@ class Simulator {
   Pose2 mounting() const { return T_robot_laser_; }
   const sensor::Variant& variant() const { return variant_; }
   Duration scan_period() const { return period_; }
+  const Satellites& satellites() const { return satellites_; }
 
  private:
   static constexpr int kPatches = 5;  ///< of a beam's spot
@@ -77,6 +80,7 @@ class Simulator {
   void put(Time arrival, Event event);
   Time stamp_of(Duration time) const;
   Duration odometry_time(std::int64_t record) const;
+  void produce_fixes(Duration until);
   Event wheels_report(std::int64_t record) const;
   Time arrival_of_scan(std::int64_t scan);
   Scan make_scan(std::int64_t scan, Time stamp) const;
@@ -93,11 +97,12 @@ class Simulator {
   sensor::Variant variant_;
   sensor::RangeNoise noise_;
   RobotRun run_;
+  Satellites satellites_;
   Pose2 T_robot_laser_;
   std::vector<Walker> walkers_;
   std::vector<Disc> reflectors_;  ///< those of the world
   Duration period_ = 0;
-  std::int64_t next_scan_ = 0, next_odometry_ = 0;
+  std::int64_t next_scan_ = 0, next_odometry_ = 0, next_fix_ = 0;
   std::int64_t burst_end_ = -1;  ///< scans before this one arrive together with it
   Time last_arrival_ = 0;
   std::int64_t order_ = 0;

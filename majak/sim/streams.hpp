@@ -14,5 +14,8 @@ inline constexpr std::uint64_t kBeam = 4ULL << 40;         // + scan, index: bea
 inline constexpr std::uint64_t kWalker = 5ULL << 40;       // index: person
 inline constexpr std::uint64_t kStamps = 6ULL << 40;       // index: scan
 inline constexpr std::uint64_t kDisturbance = 7ULL << 40;  // index: its number
+inline constexpr std::uint64_t kBurst = 8ULL << 40;        // 0: lengths, index - 1: burst
+inline constexpr std::uint64_t kFix = 9ULL << 40;          // index: fix
+inline constexpr std::uint64_t kFixJump = 10ULL << 40;
 
 }  // namespace majak::sim
