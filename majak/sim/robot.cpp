@@ -48,12 +48,10 @@ class WheelOdometry {
       case DriveKind::ackermann: {
         const auto w = motion::Ackermann{options_.wheelbase}.inverse(motion);
         const double way = roll(0, options_.reports_steering ? motion.x() : w.way, noise);
-        const double error = steering_offset_ + options_.steering_noise * noise.normal();
         if (w.way != 0) steering_ = w.steering;  // at rest the wheel stays as it is
-        const double reading = options_.steering_scale * steering_ + error;
-        steered_ += reading;
-        if (!options_.reports_steering) return ackermann_.forward({way, reading});
-        return {way, 0, way * std::tan(reading) / ackermann_.wheelbase};
+        read_steering(tick, noise);
+        if (!options_.reports_steering) return ackermann_.forward({way, reading_});
+        return {way, 0, way * std::tan(reading_) / ackermann_.wheelbase};
       }
       case DriveKind::omnidirectional:
         break;
@@ -66,6 +64,15 @@ class WheelOdometry {
   double steered() const { return steered_; }
 
  private:
+  void read_steering(std::uint64_t tick, RandomStream& noise) {
+    const double error = steering_offset_ + options_.steering_noise * noise.normal();
+    const double time = static_cast<double>(tick) * to_seconds(RobotRun::kTick);
+    const double stuck = time - options_.steering_stuck_at;
+    const bool sticks = tick > 0 && stuck >= 0 && stuck < options_.steering_stuck_for;
+    if (!sticks) reading_ = options_.steering_scale * steering_ + error;
+    steered_ += reading_;
+  }
+
   /// Way that the encoder of a wheel counts while the wheel truly rolls `way`.
   double roll(int wheel, double way, RandomStream& noise) {
     const double slip = options_.slip * std::sqrt(std::abs(way)) * noise.normal();
@@ -83,9 +90,9 @@ class WheelOdometry {
   motion::Omnidirectional omni_;
   std::array<double, 3> scale_{};
   double steering_offset_ = 0;
-  double steering_ = 0, steered_ = 0;  // rad
-  std::array<double, 3> rolled_{};     // m
-  std::array<double, 3> counted_{};    // whole encoder steps
+  double steering_ = 0, reading_ = 0, steered_ = 0;  // rad
+  std::array<double, 3> rolled_{};                   // m
+  std::array<double, 3> counted_{};                  // whole encoder steps
 };
 
 /// Slips and bumps, one in each of as many equal parts of the way, in turn as long as there are
@@ -164,6 +171,9 @@ void describe(OptionFields& fields, RobotOptions& o) {
   fields.add("robot.slips", o.slips, {"", "times the wheels slip", 0, 1000});
   fields.add("robot.bumps", o.bumps, {"", "times something pushes the robot", 0, 1000});
   fields.add("robot.wrong_direction", o.wrong_direction, {"", "backing is counted as ahead"});
+  fields.add("robot.steering_stuck_at", o.steering_stuck_at,
+             {"s", "Ackermann: the sensor stays at its reading from then on", 0, 1e6});
+  fields.add("robot.steering_stuck_for", o.steering_stuck_for, {"s", "how long, 0: never", 0, 1e6});
   fields.add("robot.reports_steering", o.reports_steering,
              {"", "Ackermann: speed and steering instead of poses"});
 }

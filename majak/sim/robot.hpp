@@ -42,9 +42,11 @@ struct RobotOptions {
   double steering_noise = 0.002;  ///< rad, each reading, Ackermann
   double encoder_step = 0.0005;   ///< m rolled a tick, 0 for none
 
-  int slips = 0;                 ///< times at which the wheels turn more than the robot moves
-  int bumps = 0;                 ///< times at which something pushes the robot
-  bool wrong_direction = false;  ///< the odometry counts the way it backs as a way ahead
+  int slips = 0;                  ///< times at which the wheels turn more than the robot moves
+  int bumps = 0;                  ///< times at which something pushes the robot
+  bool wrong_direction = false;   ///< the odometry counts the way it backs as a way ahead
+  double steering_stuck_at = 0;   ///< s from the start: the sensor stays at its last reading ...
+  double steering_stuck_for = 0;  ///< s, ... for so long; 0: it never sticks
   /// Ackermann: the robot reports the speed of its fixed axle, where the encoder then sits, and its
   /// steering, but no poses.
   bool reports_steering = false;

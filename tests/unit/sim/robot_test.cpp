@@ -209,6 +209,29 @@ TEST(Odometry, CounterAndSteeringAreThoseOfTheAxle) {
   EXPECT_THROW(drive_path(short_tour(), o, 1), Error);
 }
 
+// The truth and the way go on as they would; only the steering stays.
+TEST(Odometry, AStuckSteeringRepeatsItsValue) {
+  RobotOptions o = with(DriveKind::ackermann);
+  o.reports_steering = true;
+  const RobotRun sound = drive_path(short_tour(), o, 1);
+  o.steering_stuck_at = 30, o.steering_stuck_for = 4;
+  const RobotRun stuck = drive_path(short_tour(), o, 1);
+  ASSERT_EQ(sound.states().size(), stuck.states().size());
+  const auto reading = [](const RobotRun& run, std::size_t tick) {
+    return run.states()[tick + 1].steered - run.states()[tick].steered;
+  };
+  const double last = reading(stuck, 1499);
+  double most = 0;
+  for (std::size_t tick = 0; tick + 1 < stuck.states().size(); ++tick) {
+    EXPECT_EQ(sound.states()[tick].T_world_robot, stuck.states()[tick].T_world_robot);
+    EXPECT_EQ(sound.states()[tick].rolled, stuck.states()[tick].rolled);
+    const bool sticks = tick >= 1500 && tick < 1700;
+    EXPECT_NEAR(reading(stuck, tick), sticks ? last : reading(sound, tick), 1e-12) << tick;
+    if (sticks) most = std::max(most, std::abs(last - reading(sound, tick)));
+  }
+  EXPECT_GT(most, 0.05);  // it did steer meanwhile
+}
+
 TEST(Odometry, SlipGrowsWithTheRootOfTheWay) {
   // Each wheel errs by slip sqrt(way): heading sigma = slip sqrt(2 way) / track, way sigma =
   // slip sqrt(way / 2). Chi-square over the runs, bounds of four sigma.
