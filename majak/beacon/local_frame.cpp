@@ -21,8 +21,10 @@ Vec3 earth_centred(const Geodetic& place) {
           (normal * (1.0 - kSquaredEccentricity) + place.altitude) * s};
 }
 
-/// Bowring, "The accuracy of geodetic latitude and height equations", Survey Review 28, 1985, by
-/// the parametric latitude; three rounds leave less than a nanometre. Good at the poles too.
+}  // namespace
+
+// Bowring, "The accuracy of geodetic latitude and height equations", Survey Review 28, 1985, by
+// the parametric latitude; three rounds leave less than a nanometre. Good at the poles too.
 Geodetic geodetic_of(const Vec3& p) {
   constexpr double kPole = kEquator * (1.0 - kFlattening);
   constexpr double kSecond = kSquaredEccentricity / (1.0 - kSquaredEccentricity);
@@ -40,14 +42,20 @@ Geodetic geodetic_of(const Vec3& p) {
   return {degrees(latitude), degrees(std::atan2(p.y(), p.x())), altitude};
 }
 
-}  // namespace
-
 LocalFrame::LocalFrame(const Geodetic& origin)
     : origin_(earth_centred(origin)),
       sin_lat_(std::sin(radians(origin.latitude))),
       cos_lat_(std::cos(radians(origin.latitude))),
       sin_lon_(std::sin(radians(origin.longitude))),
       cos_lon_(std::cos(radians(origin.longitude))) {}
+
+Mat3 LocalFrame::axes() const {
+  Mat3 axes;
+  axes.col(0) << -sin_lon_, cos_lon_, 0;
+  axes.col(1) << -sin_lat_ * cos_lon_, -sin_lat_ * sin_lon_, cos_lat_;
+  axes.col(2) << cos_lat_ * cos_lon_, cos_lat_ * sin_lon_, sin_lat_;
+  return axes;
+}
 
 Vec2 LocalFrame::east_north(const Geodetic& place) const {
   const Vec3 d = earth_centred(place) - origin_;
@@ -57,14 +65,12 @@ Vec2 LocalFrame::east_north(const Geodetic& place) const {
 }
 
 Geodetic LocalFrame::geodetic(const Vec2& east_north, double altitude) const {
-  const Vec3 east(-sin_lon_, cos_lon_, 0);
-  const Vec3 north(-sin_lat_ * cos_lon_, -sin_lat_ * sin_lon_, cos_lat_);
-  const Vec3 up(cos_lat_ * cos_lon_, cos_lat_ * sin_lon_, sin_lat_);
+  const Mat3 axes = this->axes();
   // How far below the plane the place lies: the Earth bends away slowly, so this settles fast.
   double height = 0;
   Geodetic place;
   for (int round = 0; round < 20; ++round) {
-    place = geodetic_of(origin_ + east_north.x() * east + east_north.y() * north + height * up);
+    place = geodetic_of(origin_ + axes * Vec3(east_north.x(), east_north.y(), height));
     const double missing = altitude - place.altitude;
     height += missing;
     if (std::abs(missing) < 1e-9) break;

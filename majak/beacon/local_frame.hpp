@@ -15,9 +15,17 @@ struct Geodetic {
   double altitude = 0;   ///< m above the ellipsoid
 };
 
+/// The place of a point in Earth-centred, Earth-fixed coordinates (m).
+Geodetic geodetic_of(const Vec3& p_earth);
+
 class LocalFrame {
  public:
   explicit LocalFrame(const Geodetic& origin);
+
+  /// Where the frame stands in Earth-centred, Earth-fixed coordinates: origin (m) and axes, the
+  /// columns being east, north and up.
+  const Vec3& origin() const { return origin_; }
+  Mat3 axes() const;
 
   /// East and north of the origin in metres, exact (through Earth-centred coordinates). At a pole
   /// north is where the origin's longitude says.
@@ -31,9 +39,11 @@ class LocalFrame {
   double sin_lat_, cos_lat_, sin_lon_, cos_lon_;
 };
 
-/// The frame that the first fix sets.
+/// The frame that the first fix sets, unless it is told before.
 class FirstFixFrame {
  public:
+  void begin_at(const LocalFrame& frame) { frame_ = frame; }
+  bool begun() const { return frame_.has_value(); }
   Vec2 east_north(const Geodetic& place) {
     if (!frame_) frame_.emplace(place);
     return frame_->east_north(place);

@@ -25,6 +25,7 @@ const std::map<std::string, std::string>& parts() {
       {"ackermann_msgs/AckermannDrive",
        "float32 steering_angle\nfloat32 steering_angle_velocity\n"
        "float32 speed\nfloat32 acceleration\nfloat32 jerk\n"},
+      {"sensor_msgs/NavSatStatus", "int8 status\nuint16 service\n"},
       {"geometry_msgs/TransformStamped",
        "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n"},
       {"geometry_msgs/Transform",
@@ -68,6 +69,14 @@ std::string transform_list_definition() {
 std::string ackermann_drive_definition() {
   return "std_msgs/Header header\nackermann_msgs/AckermannDrive drive\n" + part("std_msgs/Header") +
          part("builtin_interfaces/Time") + part("ackermann_msgs/AckermannDrive");
+}
+
+std::string nav_sat_fix_definition() {
+  return "std_msgs/Header header\nsensor_msgs/NavSatStatus status\n"
+         "float64 latitude\nfloat64 longitude\nfloat64 altitude\n"
+         "float64[9] position_covariance\nuint8 position_covariance_type\n" +
+         part("std_msgs/Header") + part("builtin_interfaces/Time") +
+         part("sensor_msgs/NavSatStatus");
 }
 
 RecordingWriter::RecordingWriter(const std::string& path, const std::string& telegrams)

@@ -24,6 +24,7 @@ std::string laser_scan_definition();
 std::string odometry_definition();
 std::string transform_list_definition();
 std::string ackermann_drive_definition();
+std::string nav_sat_fix_definition();
 
 class RecordingWriter {
  public:

@@ -102,11 +102,25 @@ void RosSource::add_odometry(const Message& message) {
   add_stamped(odometry, message.time);
 }
 
+/// The frame of fixes is the map's or world's own where tf says that this one lies level on the
+/// Earth with x to the east.
+void RosSource::place_on_earth() {
+  constexpr double kSame = 1e-6;
+  for (const char* frame : {"map", "world"}) {
+    if (frames_.parent_of(frame) != kEarthFrame) continue;
+    const auto placed = frames_.find(kEarthFrame, frame);
+    if (!placed || placed->translation.norm() < 1e6) continue;  // m; not on the Earth
+    const beacon::LocalFrame local(beacon::geodetic_of(placed->translation));
+    if ((local.axes() - placed->rotation).norm() < kSame) return frame_of_fixes_.begin_at(local);
+  }
+}
+
 void RosSource::add_fix(const Message& message) {
   ros::NavSatFix m;
   ros::decode(message.data, *log_->topics()[message.topic].encoding, m);
   const bool sound = m.status >= 0 && std::abs(m.latitude) <= 90 && std::abs(m.longitude) <= 360;
   if (!sound) return report_.count(kNoFix, records_);
+  if (!frame_of_fixes_.begun()) place_on_earth();
   const double altitude = std::isfinite(m.altitude) ? m.altitude : 0;
   const Vec2 p = frame_of_fixes_.east_north({m.latitude, m.longitude, altitude});
   // Row by row, in east, north, up; type 0 says that nothing is known of it.

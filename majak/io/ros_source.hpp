@@ -35,6 +35,7 @@ class RosSource final : public Source {
   void add_scan(const Message& message);
   void add_odometry(const Message& message);
   void add_fix(const Message& message);
+  void place_on_earth();
   void add_drive(const Message& message);
   void add_truth(const Message& message);
   void follow_frames(const Message& message);

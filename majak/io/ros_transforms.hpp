@@ -14,6 +14,8 @@
 
 namespace majak::io {
 
+inline constexpr const char* kEarthFrame = "earth";  ///< Earth-centred, Earth-fixed (REP 105)
+
 /// A rigid motion in space.
 struct Motion3 {
   Mat3 rotation = Mat3::Identity();

@@ -64,6 +64,33 @@ TEST(LocalFrame, InverseIsTheInverse) {
   }
 }
 
+TEST(LocalFrame, AxesAreARotationAndStandOnTheOrigin) {
+  RandomStream random(2);
+  for (int i = 0; i < 300; ++i) {
+    const Geodetic origin{random.uniform(-89, 89), random.uniform(-180, 180),
+                          random.uniform(-50, 3000)};
+    const LocalFrame frame(origin);
+    const Geodetic again = geodetic_of(frame.origin());
+    EXPECT_NEAR(again.latitude, origin.latitude, 1e-11);
+    EXPECT_NEAR(again.longitude, origin.longitude, 1e-11);
+    EXPECT_NEAR(again.altitude, origin.altitude, 1e-8);
+    EXPECT_LT((frame.axes() * frame.axes().transpose() - Mat3::Identity()).norm(), 1e-14);
+    EXPECT_NEAR(frame.axes().determinant(), 1, 1e-14);
+    const Vec3 p = frame.origin() + frame.axes() * Vec3(30, -40, 7);
+    EXPECT_LT((frame.east_north(geodetic_of(p)) - Vec2(30, -40)).norm(), 1e-7);
+  }
+}
+
+TEST(FirstFixFrame, IsThatOfTheFirstFixOrTheOneThatItWasTold) {
+  FirstFixFrame own, told;
+  EXPECT_FALSE(own.begun());
+  EXPECT_LT(own.east_north({48, 8, 0}).norm(), 1e-8);
+  EXPECT_TRUE(own.begun());
+  const LocalFrame frame({48.001, 8, 0});
+  told.begin_at(frame);
+  EXPECT_EQ(told.east_north({48, 8, 0}), frame.east_north({48, 8, 0}));
+}
+
 TEST(LocalFrame, AtAndAcrossThePoles) {
   for (const double pole : {90.0, -90.0}) {
     const LocalFrame frame({pole, 30, 0});

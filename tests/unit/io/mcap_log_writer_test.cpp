@@ -129,12 +129,31 @@ TEST(McapLogWriter, DriveMessagesBesideOdometryAreNoMeasurement) {
   EXPECT_TRUE(only<WheelMotion>(read).empty());
 }
 
+// In the frame in which they were, not in that of the first one.
+TEST(McapLogWriter, FixesComeBackWhereTheyWere) {
+  std::vector<Event> events;
+  for (int i = 0; i < 20; ++i) {
+    const Scan scan = scan_at(i);
+    events.push_back(GpsFix{scan.time, 70.5 * i - 300, 30 - 91.25 * i, i < 10 ? 0.0 : 0.25 * i});
+    events.push_back(scan);
+  }
+  const auto fixes = only<GpsFix>(round_trip(events));
+  ASSERT_EQ(fixes.size(), 20U);
+  for (int i = 0; i < 20; ++i) {
+    const GpsFix& fix = fixes[static_cast<std::size_t>(i)];
+    EXPECT_EQ(fix.time, scan_at(i).time);
+    EXPECT_NEAR(fix.east, 70.5 * i - 300, 1e-7);
+    EXPECT_NEAR(fix.north, 30 - 91.25 * i, 1e-7);
+    EXPECT_NEAR(fix.sigma, i < 10 ? 0.0 : 0.25 * i, 1e-12);
+  }
+}
+
 TEST(McapLogWriter, WhatHasNoMessageIsCounted) {
   const fs::path file = scratch("majak_log_writer_count.mcap");
   McapLogWriter writer(file.string());
   writer.write(scan_at(0));
   writer.write(BeaconSighting{});
-  writer.write(GpsFix{});
+  writer.write(BeaconSighting{});
   writer.close();
   ASSERT_EQ(writer.report().entries().size(), 1U);
   EXPECT_EQ(writer.report().entries().begin()->second.count, 2);

@@ -8,6 +8,7 @@
 #include <sqlite3.h>
 #include <unistd.h>
 
+#include <Eigen/Geometry>
 #include <fstream>
 #include <sstream>
 
@@ -181,6 +182,31 @@ TEST(RosSource, GivesEveryEventInTheOrderOfTheStamps) {
   EXPECT_NEAR(fixes[1].east, 76.06, 0.01);  // a thousandth of a degree at 47 degrees north
   EXPECT_NEAR(fixes[1].north, 0, 0.001);
   EXPECT_TRUE(r.report.empty());
+}
+
+// Unless the map is turned or not on the Earth: then the first fix is the origin, as ever.
+TEST(RosSource, FixesAreInTheFrameThatTfPlacesOnTheEarth) {
+  const beacon::LocalFrame map({47.001, 8.002, 300});
+  const auto first_fix = [&](const Mat3& turn, double factor) {
+    const Eigen::Quaterniond q(Mat3(map.axes() * turn));
+    const Vec3 p = factor * map.origin();
+    Recording r;
+    r.tf(s(1), "earth", "map", {{p.x(), p.y(), p.z()}, {q.x(), q.y(), q.z(), q.w()}});
+    Recording all = usual();
+    for (const auto& e : all.entries) r.entries.push_back(e);
+    r.fix(s(20), 47, 8.01);
+    return read(r).all<GpsFix>().back();
+  };
+  const Vec2 there = map.east_north({47, 8.01, 0});
+  const GpsFix level = first_fix(Mat3::Identity(), 1);
+  EXPECT_NEAR(level.east, there.x(), 1e-6);
+  EXPECT_NEAR(level.north, there.y(), 1e-6);
+  const Vec2 from_first = beacon::LocalFrame({47, 8, 0}).east_north({47, 8.01, 0});
+  const Mat3 turn = Eigen::AngleAxisd(0.1, Vec3::UnitZ()).toRotationMatrix();
+  for (const GpsFix& fix : {first_fix(turn, 1), first_fix(Mat3::Identity(), 0)}) {
+    EXPECT_NEAR(fix.east, from_first.x(), 1e-6);
+    EXPECT_NEAR(fix.north, from_first.y(), 1e-6);
+  }
 }
 
 TEST(RosSource, LateMessagesAreSorted) {
