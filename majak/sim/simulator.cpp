@@ -17,6 +17,9 @@ namespace {
 constexpr Duration kMicrosecond = 1000;
 constexpr double kPersonRadius = 0.22;  // m
 constexpr double kPolite = 0.6;         // m; a person that near to the robot has stepped aside
+constexpr double kVehicleRadius = 0.4;  // m, of its front and its back, the only ones seen
+constexpr double kVehicleLength = 2.4;  // m, between their centres
+constexpr double kRightOfWay = 2.0;     // m; a vehicle whose middle is that near has turned off
 constexpr double kEdge = 0.05;          // m; a smaller step between beams is no edge
 constexpr double kOnePlace = 1.0;       // m; patches that near to each other send one echo
 constexpr double kFlicker = 0.05;       // one sigma of an echo's strength, as a share of it
@@ -43,6 +46,9 @@ void describe(OptionFields& fields, SimulationOptions& o) {
   fields.add("simulate.stamp_bursts", o.stamp_bursts, {"1", "share of scans: bursts", 0, 1});
   fields.add("simulate.intensities", o.intensities, {"", "scans carry the strength of echoes"});
   fields.add("simulate.people", o.people, {"", "who walk along the same ways", 0, 1000});
+  fields.add("simulate.vehicles", o.vehicles, {"", "that drive along the same ways", 0, 1000});
+  fields.add("simulate.felled", o.felled, {"1", "share of trunks and posts that vanish", 0, 1});
+  fields.add("simulate.felled_at", o.felled_at, {"s", "when, from the run's start", 0, 1e6});
   describe(fields, o.laser);
   describe(fields, o.robot);
   describe(fields, o.satellites);
@@ -86,6 +92,9 @@ Simulator::Simulator(const World& world, const Path& path, const SimulationOptio
   require(std::abs(options.odometry_lag) <= 10, "odometry_lag must lie within +-10 s");
   require(options.start_time >= 0 && options.start_time <= 4e9, "start_time must be 0 ... 4e9 s");
   require(options.people >= 0 && options.people <= 1000, "people must be 0 ... 1000");
+  require(options.vehicles >= 0 && options.vehicles <= 1000, "vehicles must be 0 ... 1000");
+  require(options.felled >= 0 && options.felled <= 1, "felled must be 0 ... 1");
+  require(options.felled_at >= 0 && options.felled_at <= 1e6, "felled_at must be 0 ... 1e6 s");
   T_robot_laser_ = {options.mounting_x, options.mounting_y, wrap_angle(options.mounting_theta)};
   // The device never scans slower; a slow line only drops whole scans.
   const double turns = std::round(sensor::kLms291.mirror_rate / options.scan_rate);
@@ -94,11 +103,34 @@ Simulator::Simulator(const World& world, const Path& path, const SimulationOptio
   for (const Disc& disc : world.scene().discs) {
     if (disc.reflectivity > kShining) reflectors_.push_back(disc);
   }
+  if (options.felled > 0) fell();
+  send_off();
+}
+
+/// Each trunk by its own draw, so that a larger share fells the same ones and more.
+void Simulator::fell() {
+  Scene scene = world_.scene();
+  const std::vector<Disc> all = std::exchange(scene.discs, {});
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    RandomStream r(static_cast<std::uint64_t>(options_.seed), kFelled, i);
+    const bool stays = all[i].reflectivity > kShining || r.uniform() >= options_.felled;
+    if (stays) scene.discs.push_back(all[i]);
+    if (!stays) felled_.push_back(i);
+  }
+  thinned_.emplace(std::move(scene));
+}
+
+void Simulator::send_off() {
+  const auto seed = static_cast<std::uint64_t>(options_.seed);
   const double way = length(path_);
-  for (int i = 0; i < options.people; ++i) {
-    RandomStream r(static_cast<std::uint64_t>(options.seed), kWalker,
-                   static_cast<std::uint64_t>(i));
-    walkers_.push_back({r.uniform(0, 2 * way), r.uniform(0.7, 1.4), r.uniform(-0.6, 0.6)});
+  for (int i = 0; i < options_.people; ++i) {
+    RandomStream r(seed, kWalker, static_cast<std::uint64_t>(i));
+    walkers_.push_back({r.uniform(0, 2 * way), r.uniform(0.7, 1.4), r.uniform(-0.6, 0.6), false});
+  }
+  for (int i = 0; i < options_.vehicles; ++i) {
+    RandomStream r(seed, kVehicle, static_cast<std::uint64_t>(i));
+    const double side = r.uniform() < 0.5 ? -1 : 1;
+    walkers_.push_back({r.uniform(0, 2 * way), r.uniform(2, 6), side * r.uniform(2.3, 2.7), true});
   }
 }
 
@@ -189,14 +221,14 @@ Scan Simulator::make_scan(std::int64_t scan, Time stamp) const {
   if (options_.tell_mounting) out.T_robot_laser = T_robot_laser_;
   if (!options_.robot.reports_steering)
     out.T_odom_robot = run_.odometry(begin - from_seconds(options_.odometry_lag));
-  const std::vector<Disc> people = people_at(begin, run_.truth(begin).translation());
+  const View view = view_at(begin);
 
   std::vector<Pose2> poses(beams);
   std::vector<Hit> hits(beams);
   for (int i = 0; i < beams; ++i) {
     poses[i] = run_.truth(begin + sensor::beam_time(variant_, i)) * T_robot_laser_;
-    hits[i] = world_.cast(poses[i].translation(), poses[i].theta + out.angle(i),
-                          options_.laser.max_range, people);
+    hits[i] = view.world.cast(poses[i].translation(), poses[i].theta + out.angle(i),
+                              options_.laser.max_range, view.moving);
   }
   // A spot falls on two things only where the neighbouring beams see different ones.
   const auto edge = [&](int i, int j) {
@@ -208,7 +240,7 @@ Scan Simulator::make_scan(std::int64_t scan, Time stamp) const {
     const bool at_an_edge = (i > 0 && edge(i, i - 1)) || (i + 1 < beams && edge(i, i + 1));
     const Pose2 T_world_beam{poses[i].x, poses[i].y, poses[i].theta + out.angle(i)};
     const bool mixed = at_an_edge || touches_reflector(T_world_beam);
-    const Reading reading = measure(scan, i, T_world_beam, hits[i], mixed, people);
+    const Reading reading = measure(scan, i, T_world_beam, hits[i], mixed, view);
     out.ranges[i] = reading.range;
     if (options_.intensities) out.intensities[i] = reading.intensity;
   }
@@ -216,8 +248,7 @@ Scan Simulator::make_scan(std::int64_t scan, Time stamp) const {
 }
 
 Simulator::Reading Simulator::measure(std::int64_t scan, int beam, const Pose2& T_world_beam,
-                                      const Hit& hit, bool mixed,
-                                      const std::vector<Disc>& people) const {
+                                      const Hit& hit, bool mixed, const View& view) const {
   RandomStream random(static_cast<std::uint64_t>(options_.seed),
                       kBeam + static_cast<std::uint64_t>(scan), static_cast<std::uint64_t>(beam));
   std::array<sensor::Echo, kPatches> echoes;
@@ -231,8 +262,8 @@ Simulator::Reading Simulator::measure(std::int64_t scan, int beam, const Pose2& 
   const double half = width * sensor::half_beam_angle(range);
   for (int k = 0; k < kPatches; ++k) {
     const double aside = half * (2.0 * k / (kPatches - 1) - 1.0);
-    const Hit h = world_.cast(T_world_beam.translation(), T_world_beam.theta + aside,
-                              options_.laser.max_range, people);
+    const Hit h = view.world.cast(T_world_beam.translation(), T_world_beam.theta + aside,
+                                  options_.laser.max_range, view.moving);
     echoes[k] = {h.range, h.incidence, h.reflectivity};
   }
   // A reflector outshines whatever else is in the spot.
@@ -268,20 +299,32 @@ bool Simulator::touches_reflector(const Pose2& T_world_beam) const {
 }
 
 /// To and fro along the path, each on a line of their own.
-std::vector<Disc> Simulator::people_at(Duration time, const Vec2& robot) const {
-  std::vector<Disc> discs;
+Pose2 Simulator::place_of(const Walker& w, Duration time) const {
   const auto last = static_cast<double>(path_.size() - 1);
+  const double way = w.begin + w.speed * to_seconds(time);
+  const double phase = std::fmod(way / kPathStep, 2 * last);
+  const double at = phase < last ? phase : 2 * last - phase;
+  const auto i = std::min(static_cast<std::size_t>(at), path_.size() - 2);
+  const Vec2 along = path_[i + 1] - path_[i];
+  const Vec2 left = Vec2(-along.y(), along.x()).normalized();
+  const Vec2 p = path_[i] + (at - static_cast<double>(i)) * along + w.aside * left;
+  return {p.x(), p.y(), std::atan2(along.y(), along.x())};
+}
+
+Simulator::View Simulator::view_at(Duration time) const {
+  const bool thinned = thinned_ && time >= from_seconds(options_.felled_at);
+  View view{thinned ? *thinned_ : world_, {}};
+  const Vec2 robot = run_.truth(time).translation();
   for (const Walker& w : walkers_) {
-    const double way = w.begin + w.speed * to_seconds(time);
-    const double phase = std::fmod(way / kPathStep, 2 * last);
-    const double at = phase < last ? phase : 2 * last - phase;
-    const auto i = std::min(static_cast<std::size_t>(at), path_.size() - 2);
-    const Vec2 along = path_[i + 1] - path_[i];
-    const Vec2 left = Vec2(-along.y(), along.x()).normalized();
-    const Vec2 centre = path_[i] + (at - static_cast<double>(i)) * along + w.aside * left;
-    if ((centre - robot).norm() > kPolite) discs.push_back({centre, kPersonRadius, 0.3});
+    const Pose2 T = place_of(w, time);
+    const double distance = (T.translation() - robot).norm();
+    if (!w.vehicle && distance > kPolite)
+      view.moving.push_back({T.translation(), kPersonRadius, 0.3});
+    if (!w.vehicle || distance <= kRightOfWay) continue;
+    for (const double end : {-kVehicleLength / 2, kVehicleLength / 2})
+      view.moving.push_back({T * Vec2(end, 0), kVehicleRadius, 0.3});
   }
-  return discs;
+  return view;
 }
 
 std::vector<Event> simulate(const World& world, const Path& path,

@@ -38,6 +38,9 @@ struct SimulationOptions {
                               ///< and stamped together when they arrive
   bool intensities = false;   ///< scans carry the strength of each echo
   int people = 0;             ///< who walk along the same ways
+  int vehicles = 0;           ///< that drive along the same ways, on either side; for wide ways
+  double felled = 0;          ///< share of the trunks and posts (not reflectors) that are gone ...
+  double felled_at = 0;       ///< s, ... from that time of the run on
 };
 void describe(OptionFields& fields, SimulationOptions& options);
 
@@ -66,12 +69,20 @@ class Simulator {
   const sensor::Variant& variant() const { return variant_; }
   Duration scan_period() const { return period_; }
   const Satellites& satellites() const { return satellites_; }
+  /// Those that are gone from felled_at on, as indices of the scene's discs, ascending.
+  const std::vector<std::size_t>& felled() const { return felled_; }
 
  private:
   static constexpr int kPatches = 5;  ///< of a beam's spot
 
   struct Walker {
     double begin = 0, speed = 0, aside = 0;  ///< m along the path, m/s, m to its left
+    bool vehicle = false;
+  };
+  /// All that the laser may see at a time.
+  struct View {
+    const World& world;
+    std::vector<Disc> moving;
   };
   struct Reading {
     float range, intensity;
@@ -84,14 +95,19 @@ class Simulator {
   Event wheels_report(std::int64_t record) const;
   Time arrival_of_scan(std::int64_t scan);
   Scan make_scan(std::int64_t scan, Time stamp) const;
-  std::vector<Disc> people_at(Duration time, const Vec2& robot) const;
+  void fell();
+  void send_off();
+  View view_at(Duration time) const;
+  Pose2 place_of(const Walker& walker, Duration time) const;
   Reading measure(std::int64_t scan, int beam, const Pose2& T_world_beam, const Hit& hit,
-                  bool mixed, const std::vector<Disc>& people) const;
+                  bool mixed, const View& view) const;
   float intensity(float range, const std::array<sensor::Echo, kPatches>& echoes,
                   RandomStream& random) const;
   bool touches_reflector(const Pose2& T_world_beam) const;
 
   const World& world_;
+  std::optional<World> thinned_;  ///< the world from felled_at on
+  std::vector<std::size_t> felled_;
   std::vector<Vec2> path_;
   SimulationOptions options_;
   sensor::Variant variant_;

@@ -7,8 +7,10 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 
 #include "majak/core/error.hpp"
+#include "majak/core/random.hpp"
 #include "majak/sim/buildings.hpp"
 
 namespace majak::sim {
@@ -247,6 +249,101 @@ TEST_F(SimulatorTest, PeopleAreSeenAndWalk) {
   EXPECT_NE(busy[0].ranges, busy[6].ranges);
 }
 
+TEST_F(SimulatorTest, VehiclesDriveBesideTheWay) {
+  Scene plain;
+  plain.straight = true;
+  plain.discs = {{{-1, 9}, 0.2, 0.4}, {{61, -9}, 0.2, 0.4}};
+  plain.tour = {{60, 0}};
+  const World field(plain);
+  SimulationOptions o = quiet();
+  o.vehicles = 4;
+  Simulator simulator(field, plan_tour(field), o);
+  std::size_t seen = 0;
+  double fastest = 0;
+  std::optional<double> last;
+  while (const auto event = simulator.next()) {
+    const auto* scan = std::get_if<Scan>(&*event);
+    if (scan == nullptr) continue;
+    double nearest = 100;
+    for (std::size_t i = 0; i < scan->ranges.size(); ++i) {
+      if (!std::isfinite(scan->ranges[i])) continue;
+      const Duration begin = scan->time - from_seconds(o.start_time);
+      const Pose2 T = simulator.run().truth(
+                          begin + sensor::beam_time(simulator.variant(), static_cast<int>(i))) *
+                      scan->T_robot_laser;
+      const double r = scan->ranges[i], a = scan->angle(i);
+      const Vec2 p = T * Vec2(r * std::cos(a), r * std::sin(a));
+      if (field.clearance(p) < 0.01) continue;
+      EXPECT_TRUE(std::abs(p.y()) > 1.85 && std::abs(p.y()) < 3.15) << p.transpose();
+      ++seen;
+      if (p.y() > 0) nearest = std::min(nearest, p.x());
+    }
+    const double moved = last ? std::abs(nearest - *last) : 0;
+    last = nearest;
+    if (moved < 2) fastest = std::max(fastest, moved * 7.5);  // m/s
+  }
+  EXPECT_GT(seen, 500u);
+  EXPECT_GT(fastest, 2);
+}
+
+// Where a felled trunk stood nothing is seen from its time on, and until then all is as without.
+TEST_F(SimulatorTest, FelledTrunksVanishAtTheirTime) {
+  Scene grove;
+  grove.straight = true;
+  for (int i = 0; i < 200; ++i) {
+    RandomStream r(5, 0, static_cast<std::uint64_t>(i));
+    const double side = i % 2 == 0 ? 1 : -1;
+    grove.discs.push_back({{0.1 * i, side * r.uniform(1, 12)}, 0.1, 0.4});
+  }
+  grove.tour = {{15, 0}};
+  const World world(grove);
+  const Path path = plan_tour(world);
+  SimulationOptions o = quiet();
+  const auto all_of = all<Scan>(simulate(world, path, o));
+  o.felled = 0.3, o.felled_at = 8.05;  // between two scans
+  Simulator simulator(world, path, o);
+  const auto& felled = simulator.felled();
+  EXPECT_NEAR(static_cast<double>(felled.size()), 60, 4 * std::sqrt(200 * 0.3 * 0.7));
+  std::size_t n = 0, before = 0;
+  while (const auto event = simulator.next()) {
+    const auto* scan = std::get_if<Scan>(&*event);
+    if (scan == nullptr) continue;
+    const Duration begin = scan->time - from_seconds(o.start_time);
+    const bool late = begin > 8.05 * kSecond;
+    if (!late) {
+      EXPECT_EQ(scan->ranges, all_of[n].ranges);
+    }
+    ++n;
+    for (std::size_t i = 0; i < scan->ranges.size(); ++i) {
+      if (!std::isfinite(scan->ranges[i])) continue;
+      const Pose2 T = simulator.run().truth(
+                          begin + sensor::beam_time(simulator.variant(), static_cast<int>(i))) *
+                      scan->T_robot_laser;
+      const double r = scan->ranges[i], a = scan->angle(i);
+      const Vec2 p = T * Vec2(r * std::cos(a), r * std::sin(a));
+      const auto on = [&](std::size_t k) {
+        return std::abs((grove.discs[k].centre - p).norm() - grove.discs[k].radius) < 1e-4;
+      };
+      const bool of_felled = std::any_of(felled.begin(), felled.end(), on);
+      EXPECT_FALSE(late && of_felled) << p.transpose();
+      before += of_felled;
+    }
+  }
+  EXPECT_GT(before, 100u);
+  o.felled = 0.6;
+  const auto more = Simulator(world, path, o).felled();
+  EXPECT_TRUE(std::includes(more.begin(), more.end(), felled.begin(), felled.end()));
+}
+
+TEST_F(SimulatorTest, ReflectorsAreNotFelled) {
+  Scene scene = world().scene();
+  const std::size_t posts = scene.discs.size();
+  scene.discs.push_back(reflector({7, 12}));
+  SimulationOptions o = quiet();
+  o.felled = 1;
+  EXPECT_EQ(Simulator(World(scene), path(), o).felled().size(), posts);
+}
+
 TEST_F(SimulatorTest, ShortSightedInTheLongCorridor) {
   const World empty(corridor());
   SimulationOptions o = quiet();
@@ -280,6 +377,9 @@ TEST_F(SimulatorTest, NonsenseIsAnError) {
   refuses([](SimulationOptions& o) { o.odometry_rate = -1; });
   refuses([](SimulationOptions& o) { o.odometry_lag = 100; });
   refuses([](SimulationOptions& o) { o.people = -1; });
+  refuses([](SimulationOptions& o) { o.vehicles = -1; });
+  refuses([](SimulationOptions& o) { o.felled = 1.1; });
+  refuses([](SimulationOptions& o) { o.felled_at = std::nan(""); });
   refuses([](SimulationOptions& o) { o.start_time = std::nan(""); });
 }
 
