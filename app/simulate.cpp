@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "majak/core/error.hpp"
+#include "majak/io/atomic_file.hpp"
 #include "majak/io/beacon_map.hpp"
 #include "majak/io/carmen_writer.hpp"
 #include "majak/io/mcap_log_writer.hpp"
@@ -32,6 +33,7 @@ struct SimulateOptions {
   std::string output;
   std::string drive;  // empty: what suits the world
   std::string reflectors;
+  std::string landmarks;
   double cell = 0;  // m, of a plan
   double noise = 1;
   std::vector<std::string> set;
@@ -57,14 +59,16 @@ constexpr const char* kHelp =
     "  majak simulate plan.txt --drive ackermann    your own plan: '#' wall, '.' floor, '>' start\n"
     "  majak simulate floor.png --cell 0.02         a picture, dark is wall, 2 cm a pixel\n"
     "  majak simulate yard --drive car -o car.mcap  a car reports speed and steering, no poses\n"
-    "  majak simulate park -o park.mcap             1.8 km among 200 trunks, by car\n"
+    "  majak simulate park --satellites             1.8 km among 200 trunks by car, fixes now and "
+    "then\n"
     "  majak simulate --reflectors r.txt            with reflectors, and how bright each echo is\n"
     "  majak simulate --lag 0.1 --wrong-direction   a log as bad as some old ones\n"
     "\n"
     "The log is in CARMEN's format, the true poses are its TRUEPOS lines; or, if its name ends in\n"
     ".mcap, a recording of ROS 2 with the true poses on /ground_truth. There a drive with "
     "steering\n"
-    "reports its speed and steering on /drive. Equal options and seed give equal bytes.\n";
+    "reports its speed and steering on /drive, satellites are on /fix. Equal options and seed give "
+    "equal bytes.\n";
 
 bool is_mcap(const fs::path& log) { return log.extension() == ".mcap"; }
 
@@ -76,11 +80,12 @@ sim::Scene find_scene(const SimulateOptions& o) {
 }
 
 struct Summary {
-  std::int64_t scans = 0, odometry = 0, beams = 0, returns = 0;
+  std::int64_t scans = 0, odometry = 0, fixes = 0, beams = 0, returns = 0;
 
   void add(const Event& event) {
     odometry +=
         std::holds_alternative<Odometry>(event) || std::holds_alternative<WheelMotion>(event);
+    fixes += std::holds_alternative<GpsFix>(event);
     const auto* scan = std::get_if<Scan>(&event);
     if (scan == nullptr) return;
     ++scans;
@@ -106,6 +111,7 @@ void print_summary(const SimulateOptions& o, const Summary& s, const sim::RobotR
                                    {"scans", s.scans},
                                    {"beams", o.simulation.beams},
                                    {"odometry_records", s.odometry},
+                                   {"fixes", s.fixes},
                                    {"path_m", run.path_length()},
                                    {"duration_s", seconds},
                                    {"no_return_share", no_return},
@@ -123,6 +129,7 @@ void print_summary(const SimulateOptions& o, const Summary& s, const sim::RobotR
   }
   fmt::print("{}: {} scans of {} beams and {} odometry records; {:.1f} m in {:.0f} s\n", o.output,
              s.scans, o.simulation.beams, s.odometry, run.path_length(), seconds);
+  if (o.simulation.satellites.on) fmt::print("  {} fixes of satellites\n", s.fixes);
   fmt::print(
       "  {:.1f} % of the beams without return; the odometry ends {:.2f} m and {:.1f} degrees off\n",
       100 * no_return, error, degrees(turn));
@@ -152,16 +159,43 @@ Summary write_log(sim::Simulator& simulator, const SimulateOptions& o) {
   return summary;
 }
 
-void run_simulate(SimulateOptions& o) {
+/// Every round thing, where it truly is; those that are felled say when.
+void write_landmarks(const sim::Simulator& simulator, const sim::World& world,
+                     const SimulateOptions& o) {
+  std::string text = "# x y radius, m, frame of the true poses and of the fixes\n";
+  const auto& felled = simulator.felled();
+  const auto& discs = world.scene().discs;
+  for (std::size_t i = 0; i < discs.size(); ++i) {
+    const sim::Disc& d = discs[i];
+    text += fmt::format("{:.6f} {:.6f} {:.6f}", d.centre.x(), d.centre.y(), d.radius);
+    if (std::binary_search(felled.begin(), felled.end(), i))
+      text += fmt::format(" # gone from {} s of the run on", o.simulation.felled_at);
+    text += '\n';
+  }
+  io::write_file_atomically(o.landmarks, text);
+}
+
+/// What world, log and robot settle for each other where the user says nothing.
+void settle(SimulateOptions& o) {
+  const bool fixes = o.simulation.satellites.on;
+  if (o.output.empty()) o.output = fs::path(o.world).stem().string() + (fixes ? ".mcap" : ".log");
   if (o.drive.empty()) o.drive = o.world == "park" ? "car" : "differential";
   o.simulation.robot.drive = drive_of(o.drive);
   o.simulation.robot.reports_steering =
       is_mcap(o.output) && o.simulation.robot.drive == sim::DriveKind::ackermann;
   if (o.drive == "car") sim::make_car(o.simulation);  // --set may change it
+}
+
+void run_simulate(SimulateOptions& o) {
+  settle(o);
   OptionFields fields;
   sim::describe(fields, o.simulation);
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
   if (o.noise != 1) sim::scale_noise(o.simulation, o.noise);
+  if (o.simulation.satellites.on && !is_mcap(o.output))
+    throw Error(o.output +
+                ": CARMEN's format has no record for fixes in the world's frame: write a "
+                "recording (-o NAME.mcap)");
   sim::Scene scene = find_scene(o);
   if (!o.reflectors.empty()) {
     for (const beacon::Beacon& b : io::read_beacon_map(o.reflectors).beacons)
@@ -169,10 +203,10 @@ void run_simulate(SimulateOptions& o) {
     o.simulation.intensities = true;
   }
   const sim::World world(std::move(scene));
-  if (o.output.empty()) o.output = fs::path(o.world).stem().string() + ".log";
   const sim::Path path = sim::plan_tour(world, o.tour);
   sim::Simulator simulator(world, path, o.simulation);
   const Summary summary = write_log(simulator, o);
+  if (!o.landmarks.empty()) write_landmarks(simulator, world, o);
   print_summary(o, summary, simulator.run());
 }
 
@@ -186,7 +220,8 @@ void add_simulate(CLI::App& app) {
                    "building, ring, corridor, yard, park, or a plan (text or PNG)")
       ->capture_default_str();
   command->add_option("-o,--output", o->output,
-                      "the log, .log or .mcap; default: the world's name with .log");
+                      "the log, .log or .mcap; default: the world's name with .log, or .mcap with "
+                      "--satellites");
   command->add_option("--seed", o->simulation.seed, "another number, another run")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
@@ -202,7 +237,9 @@ void add_simulate(CLI::App& app) {
       ->check(CLI::Range(1, 1000).description(""))
       ->capture_default_str();
   command->add_flag("--short", o->tour.short_tour, "a tour of about 100 m");
-  command->add_option("--noise", o->noise, "times the usual noise of laser and wheels; 0 for none")
+  command
+      ->add_option("--noise", o->noise,
+                   "times the usual noise of laser, wheels and satellites; 0 for none")
       ->check(CLI::Range(0.0, 100.0).description(""))
       ->capture_default_str();
   command->add_option("--max-range", o->simulation.laser.max_range, "m; 8 is the millimetre mode")
@@ -218,6 +255,13 @@ void add_simulate(CLI::App& app) {
   command->add_option("--people", o->simulation.people, "who walk along the same ways")
       ->check(CLI::Range(0, 1000).description(""))
       ->capture_default_str();
+  command->add_option("--vehicles", o->simulation.vehicles, "that drive along the same ways")
+      ->check(CLI::Range(0, 1000).description(""))
+      ->capture_default_str();
+  command->add_flag("--satellites", o->simulation.satellites.on,
+                    "fixes in bursts with outages between them; needs an .mcap");
+  command->add_option("--landmarks", o->landmarks,
+                      "a file of lines `x y radius` to write: where all round things truly are");
   command->add_option("--lag", o->simulation.odometry_lag, "s, odometry behind the laser")
       ->check(CLI::Range(-1.0, 1.0).description(""))
       ->capture_default_str();
@@ -226,7 +270,9 @@ void add_simulate(CLI::App& app) {
       ->capture_default_str();
   command->add_flag("--wrong-direction", o->simulation.robot.wrong_direction,
                     "odometry counts backing as a way ahead");
-  command->add_option("--set", o->set, "any other option: robot.slip=0.01, laser.no_return=0 ...");
+  command->add_option("--set", o->set,
+                      "any other option: robot.slip=0.01, laser.no_return=0, satellites.jump=5, "
+                      "robot.steering_stuck_for=3, simulate.felled=0.2 ...");
   command->add_flag("--json", o->json, "the summary for machines");
   command->callback([o] { run_simulate(*o); });
 }

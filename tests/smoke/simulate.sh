@@ -27,3 +27,14 @@ printf '1 4 0.1\n1 9 2\n' >twice.txt
 refused "$majak" simulate ring --reflectors twice.txt -o twice.log
 grep -q 'twice.txt:2:' err || fail "the error does not name the line: $(cat err)"
 [ ! -e twice.log ] || fail "a log of no reflectors"
+# A car in the park: its fixes come back from the recording, and the trunks are told.
+ok "$majak" simulate park --short --satellites --landmarks trunks.txt --set simulate.felled=0.2 \
+  --set simulate.felled_at=10 --vehicles 3 --people 3
+[ "$(grep -c -v '^#' trunks.txt)" -gt 150 ] || fail "hardly a trunk: $(head -3 trunks.txt)"
+grep -q '# gone from 10 s' trunks.txt || fail "none is felled"
+ok "$majak" info park.mcap
+grep -q 'GPS' out || fail "no fixes in the recording: $(cat out)"
+grep -q 'every record was read' out || fail "something was not read: $(cat out)"
+refused "$majak" simulate park --short --satellites -o park.log
+grep -q 'mcap' err || fail "the error does not say what to do: $(cat err)"
+[ ! -e park.log ] || fail "a log without its fixes"

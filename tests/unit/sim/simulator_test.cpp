@@ -309,7 +309,7 @@ TEST_F(SimulatorTest, FelledTrunksVanishAtTheirTime) {
     const auto* scan = std::get_if<Scan>(&*event);
     if (scan == nullptr) continue;
     const Duration begin = scan->time - from_seconds(o.start_time);
-    const bool late = begin > 8.05 * kSecond;
+    const bool late = begin > from_seconds(8.05);
     if (!late) {
       EXPECT_EQ(scan->ranges, all_of[n].ranges);
     }
