@@ -307,7 +307,8 @@ void add_emulate(CLI::App& app) {
       "off\n"
       "with the first scan that somebody wants.\n");
   command->add_option("SOURCE", o->source,
-                      "building, ring, corridor, a plan (.txt, .png), a log or a recording");
+                      "building, ring, corridor, yard, park, a plan (.txt, .png), a log or a "
+                      "recording");
   command->add_option("--link", o->link, "a name for the port, as a symbolic link");
   command->add_option("--device", o->device, "lms291 (fresh) or lms200 (as one was recorded)");
   command->add_option("--baud", o->baud, "at power-on")

@@ -28,7 +28,7 @@ void describe(OptionFields& fields, SatelliteOptions& o) {
   fields.add("satellites.burst", o.burst, {"s", "mean length of a burst", 0.1, 1e6});
   fields.add("satellites.outage", o.outage, {"s", "mean length of an outage", 0, 1e6});
   fields.add("satellites.jump", o.jump, {"m", "fault: fixes that far off", 0, 1e4});
-  fields.add("satellites.jump_begin", o.jump_begin, {"s", "from the run's start", 0, 1e6});
+  fields.add("satellites.jump_begin", o.jump_begin, {"s", "or with the next burst", 0, 1e6});
   fields.add("satellites.jump_duration", o.jump_duration, {"s", "how long", 0, 1e6});
   fields.add("satellites.missing_until", o.missing_until, {"s", "fault: no fix before", 0, 1e6});
 }
@@ -59,6 +59,10 @@ Satellites::Satellites(const SatelliteOptions& options, Duration run, std::uint6
   }
   const double angle = direction.uniform(-kPi, kPi);
   jump_ = o.jump * Vec2(std::cos(angle), std::sin(angle));
+  jump_at_ = from_seconds(std::max(o.jump_begin, o.missing_until));
+  const auto next = std::find_if(bursts_.begin(), bursts_.end(),
+                                 [&](const Burst& b) { return b.end >= jump_at_; });
+  if (next != bursts_.end()) jump_at_ = std::max(jump_at_, next->begin);
 }
 
 Duration Satellites::time(std::int64_t number) const {
@@ -76,8 +80,7 @@ std::optional<GpsFix> Satellites::fix(std::int64_t number, const Pose2& T_world_
   // (MATH 13.1)
   Vec2 p = T_world_robot * Vec2(options_.antenna_x, options_.antenna_y) + burst->bias +
            options_.sigma * Vec2(east, r.normal());
-  const Duration jump = from_seconds(options_.jump_begin);
-  if (now >= jump && now < jump + from_seconds(options_.jump_duration)) p += jump_;
+  if (now >= jump_at_ && now < jump_at_ + from_seconds(options_.jump_duration)) p += jump_;
   return GpsFix{.time = now, .east = p.x(), .north = p.y()};
 }
 

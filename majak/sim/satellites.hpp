@@ -24,7 +24,7 @@ struct SatelliteOptions {
   double outage = 55;  ///< s, mean length; 0: a burst follows the other
   // Faults, off by default. Times are counted from the start of the run.
   double jump = 0;           ///< m by which fixes are off, in a direction drawn once a run
-  double jump_begin = 60;    ///< s
+  double jump_begin = 60;    ///< s; in an outage: when the next burst begins
   double jump_duration = 5;  ///< s
   double missing_until = 0;  ///< s, no fix before
 };
@@ -53,6 +53,7 @@ class Satellites {
   std::uint64_t seed_;
   std::vector<Burst> bursts_;  ///< in order of time, apart
   Vec2 jump_ = Vec2::Zero();   ///< m
+  Duration jump_at_ = 0;       ///< from the start of the run
 };
 
 }  // namespace majak::sim

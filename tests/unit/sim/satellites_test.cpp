@@ -124,6 +124,33 @@ TEST(Satellites, FaultsActInTheirTimeOnly) {
   }
 }
 
+TEST(Satellites, AJumpWaitsForTheNextBurst) {
+  SatelliteOptions o = exact();
+  o.jump = 5, o.jump_duration = 2;
+  int waited = 0;
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    const Satellites satellites(o, 600 * kSecond, seed);
+    double first = -1, last = -1;
+    for (std::int64_t k = 0; k <= 3000; ++k) {
+      const auto fix = satellites.fix(k, {});
+      if (!fix || std::hypot(fix->east, fix->north) < 1e-9) continue;
+      EXPECT_NEAR(std::hypot(fix->east, fix->north), 5, 1e-12);
+      last = to_seconds(satellites.time(k));
+      if (first < 0) first = last;
+    }
+    if (first < 0) continue;  // a burst too short for a fix
+    EXPECT_GE(first, 60);
+    EXPECT_LE(last - first, 2);
+    waited += first > 60;
+    for (const auto& burst : satellites.bursts()) {  // none between 60 s and the first one
+      EXPECT_FALSE(to_seconds(burst.begin) > 60 && to_seconds(burst.begin) < first - 0.2 &&
+                   burst.end - burst.begin > kSecond / 5)
+          << seed;
+    }
+  }
+  EXPECT_GT(waited, 30);
+}
+
 TEST(Satellites, OffThereIsNothing) {
   const Satellites satellites({}, 100 * kSecond, 1);
   EXPECT_TRUE(satellites.bursts().empty());

@@ -65,6 +65,8 @@ std::uint64_t fingerprint(const std::vector<Event>& events) {
       add_pose(odometry->T_odom_robot);
     } else if (const auto* truth = std::get_if<Truth>(&e)) {
       add_pose(truth->T_world_robot);
+    } else if (const auto* fix = std::get_if<GpsFix>(&e)) {
+      add_pose({fix->east, fix->north, 0});
     }
   }
   return hash;
@@ -72,8 +74,10 @@ std::uint64_t fingerprint(const std::vector<Event>& events) {
 
 TEST_F(SimulatorTest, EqualSeedsGiveEqualBytes) {
   SimulationOptions o;
-  o.people = 3;
+  o.people = 3, o.vehicles = 2;
   o.stamp_bursts = 0.1;
+  o.satellites.on = true;
+  o.felled = 0.3, o.felled_at = 10;
   const auto once = fingerprint(simulate(world(), path(), o));
   EXPECT_EQ(once, fingerprint(simulate(world(), path(), o)));
   o.seed = 2;
