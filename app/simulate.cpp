@@ -67,8 +67,8 @@ constexpr const char* kHelp =
     "The log is in CARMEN's format, the true poses are its TRUEPOS lines; or, if its name ends in\n"
     ".mcap, a recording of ROS 2 with the true poses on /ground_truth. There a drive with "
     "steering\n"
-    "reports its speed and steering on /drive, satellites are on /fix. Equal options and seed give "
-    "equal bytes.\n";
+    "reports its speed and steering on /drive, and satellites are on /fix. Equal options and seed\n"
+    "give equal bytes.\n";
 
 bool is_mcap(const fs::path& log) { return log.extension() == ".mcap"; }
 
@@ -177,9 +177,10 @@ void write_landmarks(const sim::Simulator& simulator, const sim::World& world,
 
 /// What world, log and robot settle for each other where the user says nothing.
 void settle(SimulateOptions& o) {
-  const bool fixes = o.simulation.satellites.on;
-  if (o.output.empty()) o.output = fs::path(o.world).stem().string() + (fixes ? ".mcap" : ".log");
-  if (o.drive.empty()) o.drive = o.world == "park" ? "car" : "differential";
+  const bool park = o.world == "park", recorded = park || o.simulation.satellites.on;
+  if (o.output.empty())
+    o.output = fs::path(o.world).stem().string() + (recorded ? ".mcap" : ".log");
+  if (o.drive.empty()) o.drive = park ? "car" : "differential";
   o.simulation.robot.drive = drive_of(o.drive);
   o.simulation.robot.reports_steering =
       is_mcap(o.output) && o.simulation.robot.drive == sim::DriveKind::ackermann;
@@ -219,9 +220,10 @@ void add_simulate(CLI::App& app) {
       ->add_option("world", o->world,
                    "building, ring, corridor, yard, park, or a plan (text or PNG)")
       ->capture_default_str();
-  command->add_option("-o,--output", o->output,
-                      "the log, .log or .mcap; default: the world's name with .log, or .mcap with "
-                      "--satellites");
+  command->add_option(
+      "-o,--output", o->output,
+      "the log, .log or .mcap; default: the world's name with .log, in the park and with "
+      "--satellites .mcap");
   command->add_option("--seed", o->simulation.seed, "another number, another run")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
