@@ -218,7 +218,7 @@ void add_simulate(CLI::App& app) {
   CLI::App* command = app.add_subcommand("simulate", kHelp);
   command
       ->add_option("world", o->world,
-                   "building, ring, corridor, yard, park, or a plan (text or PNG)")
+                   "building, ring, large_ring, corridor, yard, park, or a plan (text or PNG)")
       ->capture_default_str();
   command->add_option(
       "-o,--output", o->output,

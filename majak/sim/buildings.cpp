@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "majak/core/error.hpp"
+#include "majak/core/random.hpp"
 #include "majak/sim/park.hpp"
 
 namespace majak::sim {
@@ -153,6 +155,16 @@ void add_furniture(Builder& b) {
   b.box(34.85, 14.0, 35.125, 15.2, 0.35);
 }
 
+/// Door frames, cabinets and posters' cases along a wall: put(from, to, how far it stands proud).
+template <class Put>
+void uneven(double length, RandomStream& random, const Put& put) {
+  for (double at = 2.5 + random.uniform(1, 8); at < length - 4; at += random.uniform(1, 8)) {
+    const double width = random.uniform(0.4, 1.6);
+    put(at, at + width, random.uniform(0.08, 0.35));
+    at += width;
+  }
+}
+
 // Along these corners, each cut by an arc.
 std::vector<Vec2> rounded(const std::vector<Vec2>& corners, double radius) {
   constexpr int kParts = 8;
@@ -223,6 +235,36 @@ Scene ring() {
   return b.scene;
 }
 
+Scene large_ring() {
+  constexpr double kLength = 60, kWidth = 40, kWide = 2.2, kHigh = kWidth - kWide,
+                   kRight = kLength - kWide;
+  Builder b;
+  b.scene.name = "large_ring";
+  b.wall_x(-kWall / 2, 0, kLength);
+  b.wall_x(kWidth + kWall / 2, 0, kLength);
+  b.wall_y(-kWall / 2, 0, kWidth);
+  b.wall_y(kLength + kWall / 2, 0, kWidth);
+  b.box(kWide, kWide, kRight, kHigh, 0.6);
+  RandomStream random(1);
+  const auto box = [&](double x0, double y0, double x1, double y1) { b.box(x0, y0, x1, y1, 0.4); };
+  uneven(kLength, random, [&](double x, double to, double d) { box(x, 0, to, d); });
+  uneven(kLength, random, [&](double x, double to, double d) { box(x, kWidth - d, to, kWidth); });
+  uneven(kLength, random, [&](double x, double to, double d) { box(x, kWide - d, to, kWide); });
+  uneven(kLength, random, [&](double x, double to, double d) { box(x, kHigh, to, kHigh + d); });
+  uneven(kWidth, random, [&](double y, double to, double d) { box(0, y, d, to); });
+  uneven(kWidth, random, [&](double y, double to, double d) { box(kLength - d, y, kLength, to); });
+  uneven(kWidth, random, [&](double y, double to, double d) { box(kWide - d, y, kWide, to); });
+  uneven(kWidth, random, [&](double y, double to, double d) { box(kRight, y, kRight + d, to); });
+  const double near = kWide / 2, right = kLength - near, high = kWidth - near;
+  b.scene.start = {kLength / 2, near, 0};
+  const Vec2 lap[] = {{right, near}, {right, high}, {near, high}, {near, near}, {right, near}};
+  b.scene.short_tour.assign(std::begin(lap), std::end(lap));
+  b.scene.tour = b.scene.short_tour;
+  b.scene.tour.insert(b.scene.tour.end(), std::begin(lap) + 1, std::end(lap));
+  for (auto* tour : {&b.scene.short_tour, &b.scene.tour}) tour->push_back({right, 16});
+  return b.scene;
+}
+
 Scene corridor() {
   Builder b;
   b.scene.name = "corridor";
@@ -264,17 +306,20 @@ Scene yard() {
 }
 
 std::vector<std::string> built_in_names() {
-  return {"building", "ring", "corridor", "yard", "park"};
+  return {"building", "ring", "large_ring", "corridor", "yard", "park"};
 }
 
 Scene built_in(const std::string& name) {
   if (name == "building") return building();
   if (name == "ring") return ring();
+  if (name == "large_ring") return large_ring();
   if (name == "corridor") return corridor();
   if (name == "yard") return yard();
   if (name == "park") return park();
   throw Error(
-      name + ": no such world: choose building, ring, corridor, yard or park, or give a plan file");
+      name +
+      ": no such world: choose building, ring, large_ring, corridor, yard or park, or give a plan "
+      "file");
 }
 
 }  // namespace majak::sim

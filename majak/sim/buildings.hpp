@@ -15,6 +15,10 @@ Scene building();
 /// A corridor around a block of 26 x 16 m, with door recesses.
 Scene ring();
 
+/// A corridor 2.2 m wide around a block of 55.6 x 35.6 m, with uneven things along its walls. The
+/// short tour is a lap and a quarter, 235 m: matching alone goes astray there.
+Scene large_ring();
+
 /// An empty corridor, 60 x 2.4 m: beyond 8 m from its ends a laser of 8 m range sees two parallel
 /// lines and nothing else.
 Scene corridor();
@@ -24,6 +28,7 @@ Scene corridor();
 Scene yard();
 
 /// "building", "ring", "corridor", "yard", "park".
+/// "building", "ring", "large_ring", "corridor", "yard".
 std::vector<std::string> built_in_names();
 
 /// By name (park() is in park.hpp); throws Error that lists the names.
