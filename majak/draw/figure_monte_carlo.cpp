@@ -5,6 +5,7 @@
 #include <variant>
 #include <vector>
 
+#include "majak/draw/mapped_drive.hpp"
 #include "majak/draw/sketch.hpp"
 #include "majak/draw/thesis_figures.hpp"
 #include "majak/localize/monte_carlo.hpp"
@@ -57,10 +58,7 @@ std::vector<Cloud> clouds(const sim::World& world) {
 
 Panel panel_of(const Box& place, const sim::World& world, const Cloud& cloud, std::string title) {
   Panel panel{.place = place, .title = std::move(title), .x = {"x (m)"}, .y = {"y (m)"}};
-  for (const sim::Segment& s : world.scene().segments)
-    panel.marks.emplace_back(Polyline{{point(s.a), point(s.b)}, {ink::black, 1.2}});
-  for (const sim::Disc& d : world.scene().discs)
-    panel.marks.emplace_back(circle(point(d.centre), d.radius, {ink::black, 1.2}));
+  add_plan(panel.marks, world, {ink::black, 1.2});
   panel.marks.emplace_back(Dots{cloud.particles, 0.9, ink::blue.faint(0.6)});
   const Vec2 ahead = cloud.truth * Vec2(2, 0);
   panel.marks.emplace_back(circle(point(cloud.truth.translation()), 0.6, {ink::red, 1.8}));

@@ -31,6 +31,11 @@ const ThesisFigure kFigures[] = {
      figure_mirror},
     {13, "odometry of a mis-measured robot: true and believed trajectory, error by distance", true,
      figure_drift},
+    {14, "a large ring: scan by scan its ends do not meet; with its loop closed they do", false,
+     figure_ring},
+    {15, "SLAM: scans and motions go in, the path and the map come out together", false,
+     figure_slam},
+    {17, "an office building mapped by matching alone, beside the truth", false, figure_office},
 };
 
 }  // namespace

@@ -36,5 +36,8 @@ Figure figure_monte_carlo(const std::vector<Event>& events);      // 9
 Figure figure_markov(const std::vector<Event>& events);           // 10
 Figure figure_mirror(const std::vector<Event>& events);           // 12
 Figure figure_drift(const std::vector<Event>& events);            // 13
+Figure figure_ring(const std::vector<Event>& events);             // 14
+Figure figure_slam(const std::vector<Event>& events);             // 15
+Figure figure_office(const std::vector<Event>& events);           // 17
 
 }  // namespace majak::draw
