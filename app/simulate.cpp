@@ -238,7 +238,8 @@ void add_simulate(CLI::App& app) {
   command->add_option("--laps", o->tour.laps, "how often the tour is driven")
       ->check(CLI::Range(1, 1000).description(""))
       ->capture_default_str();
-  command->add_flag("--short", o->tour.short_tour, "a tour of about 100 m");
+  command->add_flag("--short", o->tour.short_tour,
+                    "the shorter tour: about 100 m, of the large ring 235 m");
   command
       ->add_option("--noise", o->noise,
                    "times the usual noise of laser, wheels and satellites; 0 for none")

@@ -27,8 +27,7 @@ Scene corridor();
 /// ways round in arcs of 6 m radius: for a car of full size.
 Scene yard();
 
-/// "building", "ring", "corridor", "yard", "park".
-/// "building", "ring", "large_ring", "corridor", "yard".
+/// "building", "ring", "large_ring", "corridor", "yard", "park".
 std::vector<std::string> built_in_names();
 
 /// By name (park() is in park.hpp); throws Error that lists the names.

@@ -59,6 +59,13 @@ TEST(Tour, ShortToursAreShort) {
   }
 }
 
+TEST(Tour, OfTheLargeRingIsALapAndAQuarter) {
+  const World world(large_ring());
+  const Path path = plan_tour(world, {.short_tour = true});
+  const double lap = 2 * (57.8 + 37.8), more = 28.9 + 14.9;  // along the middle of the corridor
+  EXPECT_NEAR(length(path.points), lap + more, 2);
+}
+
 TEST(Tour, LapsRepeatIt) {
   const World world(ring());
   TourOptions options;

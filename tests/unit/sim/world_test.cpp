@@ -173,6 +173,18 @@ TEST(BuiltIn, BuildingIsClosed) {
   }
 }
 
+TEST(BuiltIn, LargeRingIsACorridorThatIsNowhereNarrow) {
+  const World world(large_ring());
+  for (double x = 1.1; x < 58.9; x += 0.1) {
+    for (const double y : {1.1, 38.9}) {
+      ASSERT_GE(world.clearance({x, y}), 0.75) << x;
+      ASSERT_LE(world.clearance({x, y}), 1.1 + 1e-9) << x;
+    }
+  }
+  for (double angle = -kPi; angle < kPi; angle += 0.01)
+    ASSERT_LT(world.cast({1.1, 1.1}, angle, 80).range, 60);  // nothing is open
+}
+
 TEST(BuiltIn, CorridorShowsTwoParallelWallsToAShortSightedLaser) {
   const World world(corridor());
   for (double x = 10; x <= 50; x += 0.7) {
