@@ -24,14 +24,18 @@ Mat3 rotation3(double theta) {
   return r;
 }
 
+// Rounding leaves an inverse symmetric to a few digits only; the pose graph asks for all of them.
+Mat3 symmetric(const Mat3& m) { return 0.5 * (m + m.transpose()); }
+
 // The match's own information, which knows the weak directions, widened by what it does not know.
 Mat3 match_information(const FrontEndStep& step, bool weak) {
   const Mat3 r = rotation3(step.T_map_robot.theta);
-  const Mat3 information = kShared * r.transpose() * step.match.information * r;
-  Mat3 covariance = (information + 1e-3 * Mat3::Identity()).inverse();
-  covariance.diagonal() += kMatchFloor;
-  if (weak) covariance.diagonal() += kWeakStep;
-  return covariance.inverse();
+  const Mat3 information =
+      kShared * r.transpose() * step.match.information * r + 1e-3 * Mat3::Identity();
+  const Vec3 unknown = weak ? Vec3(kMatchFloor + kWeakStep) : kMatchFloor;
+  // (information^-1 + unknown)^-1 without the inverse of what may be nearly singular.
+  const Mat3 widened = Mat3::Identity() + information * unknown.asDiagonal();
+  return symmetric(widened.inverse() * information);
 }
 
 // The direction (own axes) in which a key scan's match left its pose open, if any.
@@ -165,7 +169,7 @@ Mat3 chain_information(const KeyScans& keys, std::size_t from, std::size_t to) {
     if (open)
       matched += open->variance * b * open->direction * open->direction.transpose() * b.transpose();
   }
-  return matched.inverse() + moved.inverse();
+  return symmetric(matched.inverse() + moved.inverse());
 }
 
 }  // namespace majak::slam
