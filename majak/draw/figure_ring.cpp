@@ -82,7 +82,7 @@ Panel whole_map(const Box& place, const Map& map, const sim::World& world) {
       .place = place, .title = map.name, .x = {"x (m)", -4.0, 64.0}, .y = {"y (m)", -6.0, 44.0}};
   panel.marks = marks_of(map, world, 0.2, 0.9);
   panel.marks.emplace_back(  // the grid keeps out of the words
-      Polyline{{{4, 14}, {56, 14}, {56, 26}, {4, 26}}, {ink::white, 0}, true, ink::white});
+      Polyline{{{4, 13}, {56, 13}, {56, 27}, {4, 27}}, {ink::white, 0}, true, ink::white});
   double dy = 12.0 * static_cast<double>(map.says.size());
   for (const std::string& line : map.says)
     panel.marks.emplace_back(Label{{30, 20}, line, 0, dy -= 24, Anchor::middle});
@@ -131,7 +131,8 @@ Figure figure_ring(const std::vector<Event>&) {
        drive.matching,
        lap,
        drive,
-       {"By the wheels, the left one counts 2 % too much: " + gap(drive, drive.wheels),
+       {"The left wheel counts 2 % too much, both slip 20 mm per √m",
+        "By the wheels alone: " + gap(drive, drive.wheels),
         "Against the key scan before: " + gap(drive, drive.matching),
         "Against a map of the last 20 to 40 key scans: " + gap(local_map, local_map.matching)}},
       {"The same scans, the loop closed",
