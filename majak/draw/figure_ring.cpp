@@ -131,7 +131,7 @@ Figure figure_ring(const std::vector<Event>&) {
        drive.matching,
        lap,
        drive,
-       {"The left wheel counts 2 % too much, both slip 20 mm per √m",
+       {"Wheels: the left one 2 % too much, slip 20 mm per √m",
         "By the wheels alone: " + gap(drive, drive.wheels),
         "Against the key scan before: " + gap(drive, drive.matching),
         "Against a map of the last 20 to 40 key scans: " + gap(local_map, local_map.matching)}},

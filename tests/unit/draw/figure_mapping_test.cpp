@@ -35,8 +35,13 @@ double share_near_walls(const Panel& panel, const sim::World& world, double reac
   return near / all;
 }
 
+const Figure& the_ring() {
+  static const Figure figure = figure_ring({});
+  return figure;
+}
+
 TEST(FigureRing, EndsMeetOnlyWhereTheLoopIsClosed) {
-  const Figure figure = figure_ring({});
+  const Figure& figure = the_ring();
   ASSERT_EQ(figure.panels.size(), 4U);  // map and seam without closure, map and seam with it
   const sim::World world(sim::large_ring());
   const Vec2 start = world.scene().start.translation();
@@ -60,6 +65,27 @@ TEST(FigureRing, EndsMeetOnlyWhereTheLoopIsClosed) {
   EXPECT_LT(gaps[1], 0.02);
   EXPECT_LT(share_near_walls(figure.panels[0], world, 0.35), 0.6);
   EXPECT_GT(share_near_walls(figure.panels[2], world, 0.35), 0.995);
+}
+
+TEST(FigureRing, WordsKeepWithinTheRing) {
+  const Figure& figure = the_ring();
+  int words = 0;
+  const Outline* room = nullptr;  // the white one, which keeps the grid out
+  const std::vector<Stroke> strokes = strokes_of(figure);
+  for (const Stroke& stroke : strokes) {
+    const auto* o = std::get_if<Outline>(&stroke.what);
+    if (o != nullptr && o->fill && o->fill->r == 255 && o->fill->alpha == 1) room = o;
+    const auto* w = std::get_if<Words>(&stroke.what);
+    if (w == nullptr || room == nullptr) continue;
+    const Point &low = room->points[0], &high = room->points[2];
+    if (w->at.y > low.y || w->at.y < high.y || w->at.x < low.x || w->at.x > high.x) continue;
+    ++words;
+    const double half = text_width(w->text, w->size) / 2;
+    EXPECT_GT(w->at.x - half, low.x) << w->text;
+    EXPECT_LT(w->at.x + half, high.x) << w->text;
+    EXPECT_GT(w->at.y - w->size, high.y) << w->text;
+  }
+  EXPECT_EQ(words, 6);
 }
 
 TEST(FigureOffice, MatchingAloneKeepsTheBuildingTogether) {
