@@ -22,6 +22,7 @@
 #include "majak/filter/pose_filter.hpp"
 #include "majak/localize/gps_pieces.hpp"
 #include "majak/localize/localizer.hpp"
+#include "majak/motion/wheel_step.hpp"
 
 namespace majak::localize {
 
@@ -75,12 +76,14 @@ class Kalman {
   /// Beside the pose: four numbers of the wheels (scale, turn scale, turn per way, cube of the
   /// steering), the antenna on the robot (ahead, left), the satellites' slow error (east, north).
   static constexpr int kExtra = 8;
-  static constexpr int kScale = 0, kTurnScale = 1, kTurnOffset = 2, kCurve = 3, kAntenna = 4,
-                       kSlow = 6;
+  static constexpr int kScale = motion::WheelStep::kScale,
+                       kTurnScale = motion::WheelStep::kTurnScale,
+                       kTurnOffset = motion::WheelStep::kTurnOffset,
+                       kCurve = motion::WheelStep::kCurve, kAntenna = motion::WheelStep::kNumbers,
+                       kSlow = kAntenna + 2;
   using State = filter::PoseState<kExtra>;
   using Belief = filter::PoseBelief<kExtra>;
   using Motion = filter::RelativeInput<kExtra>;
-  using WheelDerivative = Eigen::Matrix<double, 3, 4>;
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
   struct ScanMatch {
@@ -117,9 +120,8 @@ class Kalman {
   void drive(const WheelMotion& wheels);
   std::optional<Estimate> drive(Time time, const Pose2& T_odom_robot);
   void drift(double seconds);
-  static WheelDerivative by_odometry(const Vec3& twist);
   double sigma_of(const GpsFix& fix) const;
-  void roll(const Vec3& twist, const WheelDerivative& twist_by_wheels, double seconds);
+  void roll(const motion::WheelStep& wheels, double seconds);
   Motion motion_to(std::size_t k, bool linear) const;
   Belief beginning() const;
   void move_to(Time time);

@@ -15,20 +15,17 @@ constexpr double kJitter = 0.01, kTurnJitter = 0.01;  // m, rad of a step
 
 // ---- Relative information: the wheels --------------------------------------------------------
 
-// One step of the wheels. twist_by_wheels: its derivatives by scale, turn scale, turn offset and
-// the steering's curve.
-void Kalman::roll(const Vec3& twist, const WheelDerivative& twist_by_wheels, double seconds) {
+void Kalman::roll(const motion::WheelStep& wheels, double seconds) {
   const KalmanOptions& o = options_;
-  const double way = twist.head<2>().norm(), turn = std::abs(twist.z());
   Motion step;
   step.at = pending_.at;
-  step.T_from_to = exp(twist);
-  step.by_extra.leftCols<4>() = right_jacobian(twist) * twist_by_wheels;
-  step.noise.diagonal() << o.way_noise * o.way_noise * way, o.side_noise * o.side_noise * way,
-      o.turn_noise * o.turn_noise * way + o.spin_noise * o.spin_noise * turn;
+  step.T_from_to = exp(wheels.twist);
+  step.by_extra.leftCols<4>() = right_jacobian(wheels.twist) * wheels.by_numbers;
+  step.noise.diagonal() =
+      motion::step_variance(wheels.twist, {o.way_noise, o.side_noise, o.turn_noise, o.spin_noise});
   pending_.then(step);
-  way_ += way;
-  turned_ += turn;
+  way_ += wheels.twist.head<2>().norm();
+  turned_ += std::abs(wheels.twist.z());
   drift(seconds);
 }
 
@@ -50,29 +47,11 @@ void Kalman::drift(double seconds) {
 void Kalman::drive(const WheelMotion& next) {
   if (wheels_) {
     const double seconds = std::max(0.0, to_seconds(next.time - clock_));
-    const double d = wheels_->speed * seconds, t = std::tan(wheels_->steering);
-    const double turn = d * t / options_.wheelbase;
-    const double turn_by_steering = d * (1 + t * t) / options_.wheelbase;
-    WheelDerivative by_wheels = WheelDerivative::Zero();
-    by_wheels(0, kScale) = d;
-    by_wheels(2, kScale) = turn;
-    by_wheels(2, kTurnScale) = turn_by_steering * wheels_->steering;
-    by_wheels(2, kTurnOffset) = d;
-    by_wheels(2, kCurve) = d * std::pow(wheels_->steering, 3) / options_.wheelbase;
-    roll({d, 0, turn}, by_wheels, seconds);
+    roll(motion::wheel_step(*wheels_, seconds, options_.wheelbase), seconds);
   }
   clock_ = begun_ ? std::max(clock_, next.time) : next.time;
   begun_ = true;
   wheels_ = next;
-}
-
-// What scale, turn scale and turn per way do to a step that the odometry counted as u.
-Kalman::WheelDerivative Kalman::by_odometry(const Vec3& u) {
-  WheelDerivative by_wheels = WheelDerivative::Zero();
-  by_wheels.block<2, 1>(0, kScale) = u.head<2>();
-  by_wheels(2, kTurnScale) = u.z();
-  by_wheels(2, kTurnOffset) = u.x();
-  return by_wheels;
 }
 
 double Kalman::sigma_of(const GpsFix& fix) const {
@@ -87,8 +66,7 @@ std::optional<Estimate> Kalman::drive(Time time, const Pose2& T_odom_robot) {
     const double whole = to_seconds(time - odometry_->time);
     const auto go = [&](Time until) {
       const double part = to_seconds(until - clock_) / whole;
-      const Vec3 u = part * all;
-      roll(u, by_odometry(u), part * whole);
+      roll(motion::wheel_step(part * all), part * whole);
       clock_ = until;
     };
     while (!waiting_.empty() && waiting_.front().time <= time) {
@@ -189,7 +167,8 @@ Kalman::Motion Kalman::motion_to(std::size_t k, bool linear) const {
     const auto& extra = node.smoothed.nominal.extra;
     Vec3 counted = u / extra(kScale);  // what wheels without noise would report
     counted.z() = (u.z() - extra(kTurnOffset) * counted.x()) / extra(kTurnScale);
-    motion.by_extra.leftCols<4>() = node.by_wheels * right_jacobian(u) * by_odometry(counted);
+    motion.by_extra.leftCols<4>() =
+        node.by_wheels * right_jacobian(u) * motion::wheel_step(counted).by_numbers;
   }
   if (!node.new_piece) return motion;
   const double sigma = sigma_of(fixes_[node.fix]);

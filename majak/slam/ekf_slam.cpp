@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/slam/ekf_slam.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "majak/core/chi_square.hpp"
+#include "majak/core/rigid_fit.hpp"
+#include "majak/match/scan_points.hpp"
+
+namespace majak::slam {
+namespace {
+
+using filter::LandmarkFilter;
+using motion::WheelStep;
+
+constexpr int kBody = LandmarkFilter::kBody;
+constexpr int kAntenna = WheelStep::kNumbers, kSlow = kAntenna + 2;  // among the extra numbers
+constexpr double kSightings = 20;   // that the mean diameter remembers
+constexpr double kThrough = 0.7;    // m behind a landmark where a beam ends that went through it
+constexpr double kInView = 25;      // m, within which a landmark must be seen
+
+Eigen::Matrix2d rotation(double theta) {
+  const double c = std::cos(theta), s = std::sin(theta);
+  Eigen::Matrix2d r;
+  r << c, -s, s, c;
+  return r;
+}
+
+LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {
+  LandmarkFilter::Extra extra = LandmarkFilter::Extra::Zero();
+  extra(WheelStep::kScale) = extra(WheelStep::kTurnScale) = 1;
+  LandmarkFilter::Body covariance = LandmarkFilter::Body::Zero();
+  LandmarkFilter::Extra sigma;
+  sigma << o.scale_sigma, o.turn_scale_sigma, o.turn_offset_sigma, o.steering_curve_sigma,
+      o.antenna_sigma, o.antenna_sigma, o.gps_sigma, o.gps_sigma;
+  covariance.diagonal().tail<LandmarkFilter::kExtra>() = sigma.cwiseAbs2();
+  return {start, extra, covariance};
+}
+
+}  // namespace
+
+EkfSlam::EkfSlam(const EkfSlamOptions& options, const Pose2& start)
+    : options_(options), filter_(beginning(options, start)),
+      motion_(options.wheels, options.wheelbase, options.idle_noise), pieces_(options.pieces) {}
+
+std::optional<Estimate> EkfSlam::add(const Event& event) {
+  if (const auto* wheels = std::get_if<WheelMotion>(&event)) motion_.add(*wheels);
+  if (const auto* odometry = std::get_if<Odometry>(&event)) motion_.add(*odometry);
+  if (const auto* fix = std::get_if<GpsFix>(&event); fix && options_.use_gps) see(*fix);
+  const auto* scan = std::get_if<Scan>(&event);
+  if (!scan || scan->laser != 0) return std::nullopt;
+  if (scan->T_odom_robot) motion_.add(Odometry{scan->time, *scan->T_odom_robot, {}, {}});
+  return see(*scan);
+}
+
+// The textbook's two lines: the robot has moved, and grown less sure of where it is. All landmarks
+// that it saw before stay where they are, but what is known of robot and landmarks together moves.
+void EkfSlam::predict(Time time) {
+  MotionInput::Motion motion = motion_.take(time);
+  const double seconds = begun_ ? std::max(0.0, to_seconds(time - clock_)) : 0;
+  const double keep = std::exp(-seconds / options_.gps_memory);
+  motion.keep.tail<2>().setConstant(keep);
+  motion.extra_noise.tail<2>().setConstant(options_.gps_sigma * options_.gps_sigma *
+                                           (1 - keep * keep));
+  filter_.predict(motion);
+  clock_ = begun_ ? std::max(clock_, time) : time;
+  begun_ = true;
+}
+
+Estimate EkfSlam::see(const Scan& scan) {
+  predict(scan.time);
+  const Vec2 here = filter_.T_map_robot().translation();
+  if ((here - looked_from_).norm() > options_.look_around || known_.empty()) {
+    filter_.look_around(here, options_.near);
+    looked_from_ = here;
+  }
+  const std::vector<Seen> seen = look(scan);
+  std::vector<std::vector<Pairing>> allowed;
+  for (const Seen& s : seen) allowed.push_back(candidates(s));
+  const std::vector<int> choice =
+      associate_jointly(allowed, filter_.covariance(), options_.association);
+  correct(seen, allowed, choice);
+  initialise(seen, choice);
+  forget(scan);
+  estimates_.push_back(estimate(scan.time));
+  return estimates_.back();
+}
+
+// ---- What the scan shows ---------------------------------------------------------------------
+
+// In the robot's frame at the scan's stamp: meanwhile it drove on.
+std::vector<EkfSlam::Seen> EkfSlam::look(const Scan& scan) const {
+  std::vector<Seen> seen;
+  for (const beacon::LandmarkSighting& s : beacon::find_trunks(scan, options_.trunks)) {
+    const double late = 0.5 * (match::beam_time(scan, s.beam, options_.mirror_turn) +
+                               match::beam_time(scan, s.beam + 1, options_.mirror_turn));
+    const Pose2 T_robot_laser = exp(late * motion_.twist()) * scan.T_robot_laser;
+    const double across = s.range * s.bearing_sigma;
+    const Eigen::Matrix2d turn = rotation(T_robot_laser.theta + s.bearing);
+    Eigen::Matrix2d noise = turn *
+                            Vec2(s.range_sigma * s.range_sigma, across * across).asDiagonal() *
+                            turn.transpose();
+    noise.diagonal().array() += options_.point_sigma * options_.point_sigma;
+    seen.push_back({T_robot_laser * s.p_laser(), noise, s.diameter, s.diameter_sigma});
+  }
+  return seen;
+}
+
+// q = R' (l - t), the landmark in the robot's frame.
+Pairing EkfSlam::pair(const Seen& seen, int id) const {
+  const Pose2& at = filter_.T_map_robot();
+  const Eigen::Matrix2d back = rotation(at.theta).transpose();
+  const Vec2 q = back * (filter_.landmark(id) - at.translation());
+  Pairing p;
+  p.landmark = id;
+  p.column = filter_.column(id);
+  p.innovation = seen.q_robot - q;
+  p.by_state << -back, Vec2(q.y(), -q.x()), back;
+  p.spread = shared_spread(p, p, filter_.covariance()) + seen.noise;
+  p.nis = p.innovation.dot(p.spread.inverse() * p.innovation);
+  return p;
+}
+
+std::vector<Pairing> EkfSlam::candidates(const Seen& seen) const {
+  constexpr double kReach = 15;  // m, farther off nothing is looked at
+  const double gate = chi_square_quantile(options_.association.gate, 2);
+  const Vec2 p_map = filter_.T_map_robot() * seen.q_robot;
+  std::vector<Pairing> found;
+  for (const int id : filter_.near()) {
+    if ((filter_.landmark(id) - p_map).squaredNorm() > kReach * kReach) continue;
+    const Pairing p = pair(seen, id);
+    if (p.nis < gate) found.push_back(p);
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Pairing& a, const Pairing& b) { return a.nis < b.nis; });
+  return found;
+}
+
+// ---- Correction ------------------------------------------------------------------------------
+
+void EkfSlam::correct(const std::vector<Seen>& seen,
+                      const std::vector<std::vector<Pairing>>& allowed,
+                      const std::vector<int>& choice) {
+  const auto n = 2 * static_cast<Eigen::Index>(
+                         std::count_if(choice.begin(), choice.end(), [](int c) { return c >= 0; }));
+  if (n == 0) return;
+  Eigen::VectorXd residual(n);
+  Eigen::MatrixXd by_state = Eigen::MatrixXd::Zero(n, filter_.covariance().cols());
+  Eigen::MatrixXd noise = Eigen::MatrixXd::Zero(n, n);
+  Eigen::Index row = 0;
+  for (std::size_t s = 0; s < seen.size(); ++s) {
+    if (choice[s] < 0) continue;
+    const Pairing& p = allowed[s][static_cast<std::size_t>(choice[s])];
+    residual.segment<2>(row) = p.innovation;
+    by_state.block<2, 3>(row, 0) = p.by_state.leftCols<3>();
+    by_state.block<2, 2>(row, p.column) = p.by_state.rightCols<2>();
+    noise.block<2, 2>(row, row) = seen[s].noise;
+    Known& known = known_[static_cast<std::size_t>(p.landmark)];
+    known.diameter += (seen[s].diameter - known.diameter) /
+                      std::min(kSightings, static_cast<double>(++known.sightings));
+    known.missed = 0;
+    observations_.push_back(
+        {estimates_.size(), p.landmark, seen[s].q_robot, seen[s].noise});
+    row += 2;
+  }
+  const double nis = filter_.correct(residual, by_state, noise);
+  innovations_.push_back({clock_, "landmarks", nis, static_cast<int>(n), true});
+}
+
+// A sighting that is certainly none of those known is a new landmark; what is neither is left out.
+void EkfSlam::initialise(const std::vector<Seen>& seen, const std::vector<int>& choice) {
+  const double gate = chi_square_quantile(options_.apart, 2);
+  std::vector<std::size_t> fresh;
+  for (std::size_t s = 0; s < seen.size(); ++s) {
+    if (choice[s] >= 0) continue;
+    const Vec2 p_map = filter_.T_map_robot() * seen[s].q_robot;
+    const auto& near = filter_.near();
+    const bool apart = std::all_of(near.begin(), near.end(), [&](int id) {
+      const double off = (filter_.landmark(id) - p_map).norm();
+      return off > options_.least_apart && (off > 20 || pair(seen[s], id).nis > gate);
+    });
+    if (apart) fresh.push_back(s);
+  }
+  for (const std::size_t s : fresh) {
+    const int id = filter_.add(seen[s].q_robot, seen[s].noise);
+    known_.push_back({1, 0, seen[s].diameter, false, false});
+    observations_.push_back({estimates_.size(), id, seen[s].q_robot, seen[s].noise});
+  }
+}
+
+// Does a beam go through where it should stand?
+bool EkfSlam::looked_through(const Scan& scan, int id) const {
+  const Pose2 T_map_laser = filter_.T_map_robot() * scan.T_robot_laser;
+  const Vec2 q = T_map_laser.inverse() * filter_.landmark(id);
+  const double range = q.norm(), beam =
+                                     (std::atan2(q.y(), q.x()) - scan.start_angle) / scan.angle_step;
+  if (range > kInView || !(beam > 0 && beam < static_cast<double>(scan.ranges.size()) - 1))
+    return false;
+  return scan.ranges[static_cast<std::size_t>(std::lround(beam))] > range + kThrough;
+}
+
+// Guesses that do not come true, and landmarks that are no longer there.
+void EkfSlam::forget(const Scan& scan) {
+  const std::vector<int> near = filter_.near();
+  for (const int id : near) {
+    Known& known = known_[static_cast<std::size_t>(id)];
+    if (!looked_through(scan, id)) continue;
+    ++known.missed;
+    const bool guess = known.sightings < options_.confirmed;
+    if (known.missed < (guess ? options_.confirmed : options_.gone)) continue;
+    if (!guess) report_.count("landmarks that were there no more when looked at again");
+    known.removed = true;
+    filter_.remove(id);
+  }
+}
+
+// ---- Satellites ------------------------------------------------------------------------------
+
+// z = t + R a + b: the antenna's place on the robot, and what the satellites err by now.
+void EkfSlam::see(const GpsFix& fix) {
+  predict(fix.time);
+  const localize::FixVerdict verdict = pieces_.add(fix, motion_.way(), motion_.turned());
+  if (!verdict.trusted) return report_.count("fixes that jump, or come alone; not used");
+  if (!oriented_) return find_heading(fix);
+  const Pose2& at = filter_.T_map_robot();
+  const Eigen::Matrix2d turn = rotation(at.theta);
+  const Vec2 antenna = filter_.extra().segment<2>(kAntenna);
+  const double fast = options_.gps_fast_sigma * options_.gps_fast_sigma;
+  Eigen::MatrixXd by_state = Eigen::MatrixXd::Zero(2, filter_.covariance().cols());
+  by_state.leftCols<2>().setIdentity();
+  by_state.col(2) = turn * Vec2(-antenna.y(), antenna.x());
+  by_state.middleCols<2>(3 + kAntenna) = turn;
+  by_state.middleCols<2>(3 + kSlow).setIdentity();
+  if (verdict.piece != piece_) {  // errs anew
+    piece_ = verdict.piece;
+    filter::RelativeInput<LandmarkFilter::kExtra> anew;
+    anew.at = filter_.extra();
+    anew.keep.tail<2>().setZero();
+    anew.extra_noise.tail<2>().setConstant(options_.gps_sigma * options_.gps_sigma);
+    filter_.predict(anew);
+  }
+  const Vec2 slow = filter_.extra().segment<2>(kSlow);
+  const Vec2 residual = Vec2(fix.east, fix.north) - (at * antenna + slow);
+  const Eigen::Matrix2d noise = fast * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d s = by_state * filter_.covariance() * by_state.transpose() + noise;
+  const double nis = residual.dot(s.inverse() * residual);
+  const bool used = nis < options_.gps_gate;
+  innovations_.push_back({fix.time, "gps", nis, 2, used});
+  if (!used) return report_.count("fixes beyond the gate; not used");
+  filter_.correct(residual, by_state, noise);
+}
+
+// Until the way tells the heading, the map is as the robot began it.
+void EkfSlam::find_heading(const GpsFix& fix) {
+  const Vec2 antenna = filter_.extra().segment<2>(kAntenna);
+  driven_.push_back(filter_.T_map_robot() * antenna);
+  fixed_.emplace_back(fix.east, fix.north);
+  double widest = 0;
+  for (const Vec2& p : driven_) widest = std::max(widest, (p - driven_.front()).norm());
+  if (widest < options_.find_heading) return;
+  const double place = std::hypot(options_.gps_sigma, options_.antenna_sigma);
+  const double turn = 2 * place / widest;
+  filter_.move_map(rigid_fit(driven_, fixed_), Vec3(place, place, turn).cwiseAbs2().asDiagonal());
+  looked_from_ = filter_.T_map_robot().translation();
+  filter_.look_around(looked_from_, options_.near);
+  oriented_ = true;
+}
+
+// ---- Results ---------------------------------------------------------------------------------
+
+Estimate EkfSlam::estimate(Time time) const {
+  Estimate e;
+  e.time = time;
+  e.T_map_robot = filter_.T_map_robot();
+  e.covariance = filter_.covariance().topLeftCorner<3, 3>();
+  return e;
+}
+
+LandmarkMap EkfSlam::finish() {
+  filter_.settle();
+  LandmarkMap map;
+  std::vector<int> number(known_.size(), -1);
+  for (std::size_t i = 0; i < known_.size(); ++i) {
+    const Known& known = known_[i];
+    if (known.sightings < options_.confirmed) continue;
+    MappedLandmark m;
+    m.p_map = filter_.landmark(static_cast<int>(i));
+    if (const int column = filter_.column(static_cast<int>(i)); column >= 0)
+      m.covariance = filter_.covariance().block<2, 2>(column, column);
+    m.diameter = known.diameter;
+    m.sightings = known.sightings;
+    m.gone = known.removed;
+    number[i] = static_cast<int>(map.landmarks.size());
+    map.landmarks.push_back(m);
+  }
+  for (LandmarkObservation o : observations_) {
+    o.landmark = number[static_cast<std::size_t>(o.landmark)];
+    if (o.landmark >= 0) map.observations.push_back(o);
+  }
+  map.localization.estimates = estimates_;
+  map.localization.innovations = innovations_;
+  const auto tell = [&](const char* name, const char* unit, int k) {
+    map.localization.learnt.push_back({name, unit, filter_.extra()(k),
+                                       std::sqrt(filter_.covariance()(3 + k, 3 + k))});
+  };
+  tell("scale of the way", "1", WheelStep::kScale);
+  tell("scale of turns", "1", WheelStep::kTurnScale);
+  tell("turn per way", "rad/m", WheelStep::kTurnOffset);
+  tell("cube of the steering", "1/rad^2", WheelStep::kCurve);
+  if (oriented_) {
+    tell("antenna ahead", "m", kAntenna);
+    tell("antenna to the left", "m", kAntenna + 1);
+  }
+  map.localization.report = report_;
+  return map;
+}
+
+}  // namespace majak::slam

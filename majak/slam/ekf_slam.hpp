@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// EKF-SLAM: where the robot is and where the landmarks are, in one Kalman filter (thesis p. 34;
+// Smith, Self and Cheeseman 1990; Thrun, Burgard and Fox, table 10.1). Satellites, where there are
+// any, are an absolute measurement like any other.
+//
+//   slam::EkfSlam slam;
+//   while (auto event = source->next()) slam.add(*event);
+//   const slam::LandmarkMap map = slam.finish();
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "majak/beacon/trunks.hpp"
+#include "majak/core/estimate.hpp"
+#include "majak/core/event.hpp"
+#include "majak/core/options.hpp"
+#include "majak/filter/landmark_filter.hpp"
+#include "majak/localize/gps_pieces.hpp"
+#include "majak/localize/localizer.hpp"
+#include "majak/slam/joint_compatibility.hpp"
+#include "majak/slam/motion_input.hpp"
+
+namespace majak::slam {
+
+struct EkfSlamOptions {
+  motion::WheelRandom wheels;
+  double wheelbase = 2.83;     ///< m, of a car
+  double idle_noise = 1;       ///< m, rad per sqrt(s), where nothing tells of the motion
+  // What the wheels count wrongly, one sigma.
+  double scale_sigma = 0.03;
+  double turn_scale_sigma = 0.05;
+  double turn_offset_sigma = 0.004;   ///< rad/m
+  double steering_curve_sigma = 0.3;  ///< 1/rad^2
+
+  beacon::TrunkOptions trunks;
+  double mirror_turn = 1.0 / 75;  ///< s, see match::beam_time; 0: the robot stands still in a scan
+  double point_sigma = 0.05;      ///< m, by which a landmark is not the same from all sides
+  JointCompatibilityOptions association;
+  double apart = 0.9999;      ///< probability with which a sighting that becomes a new landmark is
+                              ///< none of the others
+  double least_apart = 1.0;   ///< m, nor nearer than this to any of them
+  int confirmed = 3;          ///< sightings before a landmark is more than a guess
+  int gone = 10;              ///< scans in a row that look through it, before it is given up
+  double near = 60;           ///< m, what is kept up to date
+  double look_around = 15;    ///< m driven between two looks around
+
+  bool use_gps = true;
+  double gps_sigma = 0.35;        ///< m, of what errs alike in a piece
+  double gps_fast_sigma = 0.08;   ///< m, from fix to fix
+  double gps_memory = 200;        ///< s, of the former
+  double antenna_sigma = 3;       ///< m
+  double gps_gate = 16;           ///< NIS beyond which a fix is not believed
+  double find_heading = 20;       ///< m between fixes before the heading is taken from them
+  localize::GpsPiecesOptions pieces;
+};
+
+/// A landmark of the finished map.
+struct MappedLandmark {
+  beacon::LandmarkKind kind = beacon::LandmarkKind::trunk;
+  Vec2 p_map = Vec2::Zero();
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< m^2, map axes
+  double diameter = 0;                                   ///< m
+  int sightings = 0;
+  bool gone = false;  ///< was looked through later
+};
+
+/// That a landmark was seen, as the graph wants it.
+struct LandmarkObservation {
+  std::size_t scan = 0;  ///< index into the estimates
+  int landmark = 0;      ///< index into the landmarks
+  Vec2 q_robot = Vec2::Zero();                      ///< m, at the scan's stamp
+  Eigen::Matrix2d noise = Eigen::Matrix2d::Zero();  ///< of it
+};
+
+struct LandmarkMap {
+  localize::Localization localization;  ///< estimates: one a scan, as known then
+  std::vector<MappedLandmark> landmarks;
+  std::vector<LandmarkObservation> observations;
+};
+
+class EkfSlam {
+ public:
+  /// `start`: T_map_robot at the first event; where fixes come, the map is turned to them.
+  explicit EkfSlam(const EkfSlamOptions& options = {}, const Pose2& start = {});
+
+  /// The next event, in the log's order; an estimate for each scan.
+  std::optional<Estimate> add(const Event& event);
+  LandmarkMap finish();
+
+  const filter::LandmarkFilter& filter() const { return filter_; }
+
+ private:
+  struct Seen {
+    Vec2 q_robot;
+    Eigen::Matrix2d noise;
+    double diameter, diameter_sigma;
+  };
+  struct Known {
+    int sightings = 0, missed = 0;
+    double diameter = 0;
+    bool removed = false, gone = false;
+  };
+
+  void predict(Time time);
+  Estimate see(const Scan& scan);
+  std::vector<Seen> look(const Scan& scan) const;
+  std::vector<Pairing> candidates(const Seen& seen) const;
+  Pairing pair(const Seen& seen, int id) const;
+  void correct(const std::vector<Seen>& seen, const std::vector<std::vector<Pairing>>& candidates,
+               const std::vector<int>& choice);
+  void initialise(const std::vector<Seen>& seen, const std::vector<int>& choice);
+  void forget(const Scan& scan);
+  bool looked_through(const Scan& scan, int id) const;
+  void see(const GpsFix& fix);
+  void find_heading(const GpsFix& fix);
+  Estimate estimate(Time time) const;
+
+  EkfSlamOptions options_;
+  filter::LandmarkFilter filter_;
+  MotionInput motion_;
+  localize::GpsPieces pieces_;
+  std::vector<Known> known_;  ///< by the filter's number
+  std::vector<LandmarkObservation> observations_;
+  std::vector<Estimate> estimates_;
+  std::vector<localize::Innovation> innovations_;
+  Report report_;
+  Vec2 looked_from_ = Vec2::Zero();
+  std::size_t piece_ = static_cast<std::size_t>(-1);
+  Time clock_ = 0;
+  bool begun_ = false, oriented_ = false;
+  std::vector<Vec2> driven_, fixed_;  ///< until the heading is known
+};
+
+}  // namespace majak::slam

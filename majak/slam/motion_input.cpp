@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/slam/motion_input.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace majak::slam {
+namespace {
+
+constexpr double kLongest = 0.5;  // s that the odometry's last velocity is taken to hold
+
+MotionInput::Motion counted_right() {
+  MotionInput::Motion motion;
+  motion.at(motion::WheelStep::kScale) = motion.at(motion::WheelStep::kTurnScale) = 1;
+  return motion;
+}
+
+}  // namespace
+
+MotionInput::MotionInput(const motion::WheelRandom& random, double wheelbase, double idle)
+    : random_(random), wheelbase_(wheelbase), idle_(idle), pending_(counted_right()) {}
+
+void MotionInput::roll(const motion::WheelStep& wheels) {
+  Motion step;
+  step.at = pending_.at;
+  step.T_from_to = exp(wheels.twist);
+  step.by_extra.leftCols<4>() = right_jacobian(wheels.twist) * wheels.by_numbers;
+  step.noise.diagonal() = motion::step_variance(wheels.twist, random_);
+  pending_.then(step);
+  way_ += wheels.twist.head<2>().norm();
+  turned_ += std::abs(wheels.twist.z());
+}
+
+// Up to a time that no record speaks of yet.
+void MotionInput::go_on(Time time) {
+  const double seconds = begun_ ? std::max(0.0, to_seconds(time - clock_)) : 0;
+  if (wheels_) {
+    roll(motion::wheel_step(*wheels_, seconds, wheelbase_));
+  } else if (odometry_) {
+    const double known = to_seconds(clock_ - odometry_->time);
+    const Vec3 step = std::clamp(kLongest - known, 0.0, seconds) * twist_;
+    T_odom_now_ = T_odom_now_ * exp(step);
+    roll(motion::wheel_step(step));
+  } else {
+    pending_.noise.diagonal().array() += idle_ * idle_ * seconds;
+  }
+  clock_ = begun_ ? std::max(clock_, time) : time;
+  begun_ = true;
+}
+
+void MotionInput::add(const WheelMotion& wheels) {
+  go_on(wheels.time);
+  wheels_ = wheels;
+  const double turn = wheels.speed * std::tan(wheels.steering) / wheelbase_;
+  twist_ = {wheels.speed, 0, turn};
+}
+
+void MotionInput::add(const Odometry& odometry) {
+  if (odometry_ && odometry.time <= odometry_->time) return;
+  if (odometry_) {
+    roll(motion::wheel_step(log(between(T_odom_now_, odometry.T_odom_robot))));
+    twist_ = log(between(odometry_->T_odom_robot, odometry.T_odom_robot)) /
+             to_seconds(odometry.time - odometry_->time);
+  }
+  odometry_ = odometry;
+  T_odom_now_ = odometry.T_odom_robot;
+  clock_ = begun_ ? std::max(clock_, odometry.time) : odometry.time;
+  begun_ = true;
+}
+
+MotionInput::Motion MotionInput::take(Time time) {
+  go_on(time);
+  return std::exchange(pending_, counted_right());
+}
+
+}  // namespace majak::slam

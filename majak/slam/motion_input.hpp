@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// MotionInput: what the wheels say between two moments at which something is measured, for any
+// drive: records of speed and steering, or poses of the odometry, or those in the scans themselves.
+#pragma once
+
+#include <optional>
+
+#include "majak/core/event.hpp"
+#include "majak/filter/landmark_filter.hpp"
+#include "majak/motion/wheel_step.hpp"
+
+namespace majak::slam {
+
+class MotionInput {
+ public:
+  static constexpr int kExtra = filter::LandmarkFilter::kExtra;
+  using Motion = filter::RelativeInput<kExtra>;
+
+  /// `idle`: m per sqrt(s), where nothing tells of the motion; rad as well.
+  MotionInput(const motion::WheelRandom& random, double wheelbase, double idle);
+
+  void add(const WheelMotion& wheels);
+  void add(const Odometry& odometry);
+
+  /// The motion since the last call up to `time`, with scales of one and no offsets; the wheels go
+  /// on as they did last.
+  Motion take(Time time);
+  /// m/s, m/s, rad/s by the newest record, as the wheels count.
+  const Vec3& twist() const { return twist_; }
+  double way() const { return way_; }        ///< m driven so far, either way
+  double turned() const { return turned_; }  ///< rad
+  bool told() const { return wheels_ || odometry_; }
+
+ private:
+  void roll(const motion::WheelStep& step);
+  void go_on(Time time);
+
+  motion::WheelRandom random_;
+  double wheelbase_, idle_;
+  Motion pending_;
+  std::optional<WheelMotion> wheels_;
+  std::optional<Odometry> odometry_;
+  Pose2 T_odom_now_;  ///< where the odometry would be by now
+  Vec3 twist_ = Vec3::Zero();
+  Time clock_ = 0;
+  bool begun_ = false;
+  double way_ = 0, turned_ = 0;
+};
+
+}  // namespace majak::slam
