@@ -14,11 +14,11 @@ enum class LandmarkKind : std::uint8_t { trunk, corner, reflector };
 /// A landmark as one scan shows it, in the laser's frame.
 struct LandmarkSighting {
   LandmarkKind kind = LandmarkKind::trunk;
-  double range = 0;    ///< m, to its centre
-  double bearing = 0;  ///< rad, counter-clockwise from ahead
+  double range = 0;                           ///< m, to its centre
+  double bearing = 0;                         ///< rad, counter-clockwise from ahead
   double range_sigma = 0, bearing_sigma = 0;  ///< m, rad
   double diameter = 0, diameter_sigma = 0;    ///< m; of trunks
-  std::size_t beam = 0;  ///< in its middle: tells when it was seen
+  std::size_t beam = 0;                       ///< in its middle: tells when it was seen
 
   Vec2 p_laser() const { return {range * std::cos(bearing), range * std::sin(bearing)}; }
 };

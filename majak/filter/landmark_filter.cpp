@@ -79,20 +79,22 @@ void LandmarkFilter::add_to_mean(const VectorXd& d) {
         d.segment<2>(kBody + 2 * static_cast<Eigen::Index>(i));
 }
 
-int LandmarkFilter::add(const Vec2& q_robot, const Eigen::Matrix2d& noise) {
+int LandmarkFilter::add(const Vec2& q_robot, const Eigen::Matrix2d& noise,
+                        const ByExtra& by_extra) {
   const Eigen::Matrix2d turn = rotation(T_map_robot_.theta);
   const Vec2 way = turn * q_robot;
-  Eigen::Matrix<double, 2, 3> by_pose;
-  by_pose << 1, 0, -way.y(), 0, 1, way.x();
+  Eigen::Matrix<double, 2, kBody> by_body;
+  by_body.leftCols<3>() << 1, 0, -way.y(), 0, 1, way.x();
+  by_body.rightCols<kExtra>() = turn * by_extra;
   const Eigen::Index n = near_covariance_.rows();
   near_covariance_.conservativeResize(n + 2, n + 2);
-  near_covariance_.bottomLeftCorner(2, n) = by_pose * near_covariance_.topLeftCorner(3, n);
+  near_covariance_.bottomLeftCorner(2, n) = by_body * near_covariance_.topLeftCorner(kBody, n);
   near_covariance_.topRightCorner(n, 2) = near_covariance_.bottomLeftCorner(2, n).transpose();
   near_covariance_.bottomRightCorner<2, 2>() =
-      by_pose * near_covariance_.topLeftCorner<3, 3>() * by_pose.transpose() +
+      by_body * near_covariance_.topLeftCorner<kBody, kBody>() * by_body.transpose() +
       turn * noise * turn.transpose();
   carried_.conservativeResize(n + 2, carried_.cols());
-  carried_.bottomRows<2>() = by_pose * carried_.topRows<3>();
+  carried_.bottomRows<2>() = by_body * carried_.topRows<kBody>();
   const int id = static_cast<int>(landmarks_.size());
   landmarks_.push_back(T_map_robot_ * q_robot);
   columns_.push_back(static_cast<int>(n));
@@ -149,8 +151,7 @@ void LandmarkFilter::look_around(const Vec2& centre, double radius) {
   std::vector<Eigen::Index> order(kBody);
   std::iota(order.begin(), order.end(), 0);
   std::vector<int> near, far;
-  for (const int id : near_)
-    ((landmark(id) - centre).norm() <= radius ? near : far).push_back(id);
+  for (const int id : near_) ((landmark(id) - centre).norm() <= radius ? near : far).push_back(id);
   for (const std::vector<int>* part : {&near, &far})
     for (const int id : *part) order.push_back(column(id)), order.push_back(column(id) + 1);
   const MatrixXd all = near_covariance_(order, order);
@@ -180,8 +181,8 @@ void LandmarkFilter::move_map(const Pose2& T_new_old, const Mat3& covariance) {
   place(0, T_map_robot_.translation());
   by_motion(2, 2) = 1;
   for (const int id : near_) place(column(id), landmark(id));
-  near_covariance_ =
-      by_old * near_covariance_ * by_old.transpose() + by_motion * covariance * by_motion.transpose();
+  near_covariance_ = by_old * near_covariance_ * by_old.transpose() +
+                     by_motion * covariance * by_motion.transpose();
   T_map_robot_ = T_new_old * T_map_robot_;
   for (const int id : near_) {
     Vec2& p = landmarks_[static_cast<std::size_t>(id)];

@@ -15,8 +15,9 @@ namespace majak::filter {
 
 class LandmarkFilter {
  public:
-  static constexpr int kExtra = 8;          ///< numbers beside the pose
+  static constexpr int kExtra = 11;         ///< numbers beside the pose
   static constexpr int kBody = 3 + kExtra;  ///< numbers before the landmarks'
+  using ByExtra = Eigen::Matrix<double, 2, kExtra>;
   using Extra = Eigen::Matrix<double, kExtra, 1>;
   using Body = Eigen::Matrix<double, kBody, kBody>;
 
@@ -41,8 +42,10 @@ class LandmarkFilter {
   double correct(const Eigen::VectorXd& residual, const Eigen::MatrixXd& by_state,
                  const Eigen::MatrixXd& noise);
 
-  /// A new landmark at q in the robot's frame; `noise` of q. Returns its number; it is near.
-  int add(const Vec2& q_robot, const Eigen::Matrix2d& noise);
+  /// A new landmark at q in the robot's frame, that depends on the extra numbers by `by_extra`;
+  /// `noise` of q. Returns its number; it is near.
+  int add(const Vec2& q_robot, const Eigen::Matrix2d& noise,
+          const ByExtra& by_extra = ByExtra::Zero());
   /// Forgets one that is near.
   void remove(int id);
 
@@ -65,11 +68,11 @@ class LandmarkFilter {
   std::vector<int> near_, far_;
   Eigen::MatrixXd near_covariance_;
   // As they were when the robot looked around last, and what happened since.
-  Eigen::MatrixXd cross_;       ///< near x far
+  Eigen::MatrixXd cross_;  ///< near x far
   Eigen::MatrixXd far_covariance_;
-  Eigen::MatrixXd carried_;     ///< near now by near then
-  Eigen::MatrixXd seen_;        ///< information of near then
-  Eigen::VectorXd pulled_;      ///< the same of its mean
+  Eigen::MatrixXd carried_;  ///< near now by near then
+  Eigen::MatrixXd seen_;     ///< information of near then
+  Eigen::VectorXd pulled_;   ///< the same of its mean
 };
 
 }  // namespace majak::filter

@@ -20,7 +20,7 @@ void Kalman::roll(const motion::WheelStep& wheels, double seconds) {
   Motion step;
   step.at = pending_.at;
   step.T_from_to = exp(wheels.twist);
-  step.by_extra.leftCols<4>() = right_jacobian(wheels.twist) * wheels.by_numbers;
+  step.by_extra.leftCols<4>() = right_jacobian(wheels.twist) * wheels.by_numbers.leftCols<4>();
   step.noise.diagonal() =
       motion::step_variance(wheels.twist, {o.way_noise, o.side_noise, o.turn_noise, o.spin_noise});
   pending_.then(step);
@@ -168,7 +168,7 @@ Kalman::Motion Kalman::motion_to(std::size_t k, bool linear) const {
     Vec3 counted = u / extra(kScale);  // what wheels without noise would report
     counted.z() = (u.z() - extra(kTurnOffset) * counted.x()) / extra(kTurnScale);
     motion.by_extra.leftCols<4>() =
-        node.by_wheels * right_jacobian(u) * motion::wheel_step(counted).by_numbers;
+        node.by_wheels * right_jacobian(u) * motion::wheel_step(counted).by_numbers.leftCols<4>();
   }
   if (!node.new_piece) return motion;
   const double sigma = sigma_of(fixes_[node.fix]);

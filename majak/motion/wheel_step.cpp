@@ -14,6 +14,7 @@ WheelStep wheel_step(const WheelMotion& wheels, double seconds, double wheelbase
   step.by_numbers(2, WheelStep::kTurnScale) = d * (1 + t * t) / wheelbase * wheels.steering;
   step.by_numbers(2, WheelStep::kTurnOffset) = d;
   step.by_numbers(2, WheelStep::kCurve) = d * std::pow(wheels.steering, 3) / wheelbase;
+  step.by_numbers(2, WheelStep::kSquare) = d * wheels.steering * wheels.steering / wheelbase;
   return step;
 }
 

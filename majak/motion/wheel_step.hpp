@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // WheelStep: one step as the wheels count it, and what the numbers that they may count wrongly do
-// to it. The same four numbers for every drive, so that a filter can learn them beside the pose
+// to it. The same numbers for every drive, so that a filter can learn them beside the pose
 // (docs/MATH.md "Kalman filter").
 #pragma once
 
@@ -10,9 +10,9 @@
 namespace majak::motion {
 
 struct WheelStep {
-  /// The four numbers: scale of the way, scale of turns (of a car: of the steering angle), turn per
-  /// way (rad/m), cube of the steering angle in what a car steers (1/rad^2).
-  enum Number { kScale = 0, kTurnScale = 1, kTurnOffset = 2, kCurve = 3, kNumbers = 4 };
+  /// The numbers: scale of the way, scale of turns (of a car: of the steering angle), turn per
+  /// way (rad/m), cube (1/rad^2) and square (1/rad) of the steering angle in what a car steers.
+  enum Number { kScale, kTurnScale, kTurnOffset, kCurve, kSquare, kNumbers };
   using Derivative = Eigen::Matrix<double, 3, kNumbers>;
 
   Vec3 twist = Vec3::Zero();  ///< m, m, rad in the robot's axes

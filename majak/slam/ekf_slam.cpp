@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "majak/core/chi_square.hpp"
 #include "majak/core/rigid_fit.hpp"
@@ -16,10 +17,14 @@ using filter::LandmarkFilter;
 using motion::WheelStep;
 
 constexpr int kBody = LandmarkFilter::kBody;
-constexpr int kAntenna = WheelStep::kNumbers, kSlow = kAntenna + 2;  // among the extra numbers
-constexpr double kSightings = 20;   // that the mean diameter remembers
-constexpr double kThrough = 0.7;    // m behind a landmark where a beam ends that went through it
-constexpr double kInView = 25;      // m, within which a landmark must be seen
+// Among the extra numbers: the axle's direction, the laser's lag, the antenna, and how the
+// satellites err now.
+constexpr int kCrab = MotionInput::kCrab, kLag = kCrab + 1, kAntenna = kLag + 1,
+              kSlow = kAntenna + 2;
+constexpr double kSightings = 20;  // that the mean diameter remembers
+constexpr double kThrough = 0.7;   // m behind a landmark where a beam ends that went through it
+constexpr int kNew = -1, kDoubted = -2;  // choices that are no pairing
+constexpr double kInView = 20;     // m, within which a landmark must be seen
 
 Eigen::Matrix2d rotation(double theta) {
   const double c = std::cos(theta), s = std::sin(theta);
@@ -34,7 +39,7 @@ LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {
   LandmarkFilter::Body covariance = LandmarkFilter::Body::Zero();
   LandmarkFilter::Extra sigma;
   sigma << o.scale_sigma, o.turn_scale_sigma, o.turn_offset_sigma, o.steering_curve_sigma,
-      o.antenna_sigma, o.antenna_sigma, o.gps_sigma, o.gps_sigma;
+      o.steering_square_sigma, o.crab_sigma, o.lag_sigma, o.antenna_sigma, o.antenna_sigma, o.gps_sigma, o.gps_sigma;
   covariance.diagonal().tail<LandmarkFilter::kExtra>() = sigma.cwiseAbs2();
   return {start, extra, covariance};
 }
@@ -42,8 +47,11 @@ LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {
 }  // namespace
 
 EkfSlam::EkfSlam(const EkfSlamOptions& options, const Pose2& start)
-    : options_(options), filter_(beginning(options, start)),
-      motion_(options.wheels, options.wheelbase, options.idle_noise), pieces_(options.pieces) {}
+    : options_(options),
+      filter_(beginning(options, start)),
+      motion_(options.wheels, options.wheelbase, options.idle_noise),
+      since_scan_(MotionInput::counted_right()),
+      pieces_(options.pieces) {}
 
 std::optional<Estimate> EkfSlam::add(const Event& event) {
   if (const auto* wheels = std::get_if<WheelMotion>(&event)) motion_.add(*wheels);
@@ -65,12 +73,14 @@ void EkfSlam::predict(Time time) {
   motion.extra_noise.tail<2>().setConstant(options_.gps_sigma * options_.gps_sigma *
                                            (1 - keep * keep));
   filter_.predict(motion);
+  since_scan_.then(motion);
   clock_ = begun_ ? std::max(clock_, time) : time;
   begun_ = true;
 }
 
 Estimate EkfSlam::see(const Scan& scan) {
   predict(scan.time);
+  steps_.push_back(std::exchange(since_scan_, MotionInput::counted_right()));
   const Vec2 here = filter_.T_map_robot().translation();
   if ((here - looked_from_).norm() > options_.look_around || known_.empty()) {
     filter_.look_around(here, options_.near);
@@ -79,8 +89,9 @@ Estimate EkfSlam::see(const Scan& scan) {
   const std::vector<Seen> seen = look(scan);
   std::vector<std::vector<Pairing>> allowed;
   for (const Seen& s : seen) allowed.push_back(candidates(s));
-  const std::vector<int> choice =
+  std::vector<int> choice =
       associate_jointly(allowed, filter_.covariance(), options_.association);
+  doubt(scan.time, allowed, choice);
   correct(seen, allowed, choice);
   initialise(seen, choice);
   forget(scan);
@@ -96,14 +107,17 @@ std::vector<EkfSlam::Seen> EkfSlam::look(const Scan& scan) const {
   for (const beacon::LandmarkSighting& s : beacon::find_trunks(scan, options_.trunks)) {
     const double late = 0.5 * (match::beam_time(scan, s.beam, options_.mirror_turn) +
                                match::beam_time(scan, s.beam + 1, options_.mirror_turn));
-    const Pose2 T_robot_laser = exp(late * motion_.twist()) * scan.T_robot_laser;
+    const Vec3& twist = motion_.twist();
+    const Pose2 T_robot_laser = exp((late + filter_.extra()(kLag)) * twist) * scan.T_robot_laser;
+    const Vec2 q = T_robot_laser * s.p_laser();
+    filter::LandmarkFilter::ByExtra by_extra = filter::LandmarkFilter::ByExtra::Zero();
+    by_extra.col(kLag) << twist.x() - twist.z() * q.y(), twist.y() + twist.z() * q.x();
     const double across = s.range * s.bearing_sigma;
     const Eigen::Matrix2d turn = rotation(T_robot_laser.theta + s.bearing);
-    Eigen::Matrix2d noise = turn *
-                            Vec2(s.range_sigma * s.range_sigma, across * across).asDiagonal() *
-                            turn.transpose();
+    Eigen::Matrix2d noise =
+        turn * Vec2(s.range_sigma * s.range_sigma, across * across).asDiagonal() * turn.transpose();
     noise.diagonal().array() += options_.point_sigma * options_.point_sigma;
-    seen.push_back({T_robot_laser * s.p_laser(), noise, s.diameter, s.diameter_sigma});
+    seen.push_back({q, noise, by_extra, s.diameter, s.diameter_sigma});
   }
   return seen;
 }
@@ -117,7 +131,8 @@ Pairing EkfSlam::pair(const Seen& seen, int id) const {
   p.landmark = id;
   p.column = filter_.column(id);
   p.innovation = seen.q_robot - q;
-  p.by_state << -back, Vec2(q.y(), -q.x()), back;
+  p.by_body << -back, Vec2(q.y(), -q.x()), -seen.by_extra;
+  p.by_landmark = back;
   p.spread = shared_spread(p, p, filter_.covariance()) + seen.noise;
   p.nis = p.innovation.dot(p.spread.inverse() * p.innovation);
   return p;
@@ -130,12 +145,32 @@ std::vector<Pairing> EkfSlam::candidates(const Seen& seen) const {
   std::vector<Pairing> found;
   for (const int id : filter_.near()) {
     if ((filter_.landmark(id) - p_map).squaredNorm() > kReach * kReach) continue;
+    const double wider = seen.diameter - known_[static_cast<std::size_t>(id)].diameter;
+    if (std::abs(wider) > 3 * std::hypot(seen.diameter_sigma, options_.diameter_sigma)) continue;
     const Pairing p = pair(seen, id);
     if (p.nis < gate) found.push_back(p);
   }
   std::stable_sort(found.begin(), found.end(),
                    [](const Pairing& a, const Pairing& b) { return a.nis < b.nis; });
   return found;
+}
+
+// Landmarks that were not seen for long come back by several at once, or again and again: a single
+// bush that happens to stand where a trunk was foretold must not turn the map.
+void EkfSlam::doubt(Time time, const std::vector<std::vector<Pairing>>& allowed,
+                    std::vector<int>& choice) {
+  std::vector<std::size_t> returning;
+  for (std::size_t s = 0; s < choice.size(); ++s) {
+    if (choice[s] < 0) continue;
+    Known& known =
+        known_[static_cast<std::size_t>(allowed[s][static_cast<std::size_t>(choice[s])].landmark)];
+    if (to_seconds(time - known.last) < options_.recent) continue;
+    known.returns = to_seconds(time - known.returned) < 1 ? known.returns + 1 : 1;
+    known.returned = time;
+    if (known.returns < options_.witnesses) returning.push_back(s);
+  }
+  if (static_cast<int>(returning.size()) >= options_.witnesses) return;
+  for (const std::size_t s : returning) choice[s] = kDoubted;
 }
 
 // ---- Correction ------------------------------------------------------------------------------
@@ -154,15 +189,16 @@ void EkfSlam::correct(const std::vector<Seen>& seen,
     if (choice[s] < 0) continue;
     const Pairing& p = allowed[s][static_cast<std::size_t>(choice[s])];
     residual.segment<2>(row) = p.innovation;
-    by_state.block<2, 3>(row, 0) = p.by_state.leftCols<3>();
-    by_state.block<2, 2>(row, p.column) = p.by_state.rightCols<2>();
+    by_state.block<2, kBody>(row, 0) = p.by_body;
+    by_state.block<2, 2>(row, p.column) = p.by_landmark;
     noise.block<2, 2>(row, row) = seen[s].noise;
     Known& known = known_[static_cast<std::size_t>(p.landmark)];
     known.diameter += (seen[s].diameter - known.diameter) /
                       std::min(kSightings, static_cast<double>(++known.sightings));
     known.missed = 0;
-    observations_.push_back(
-        {estimates_.size(), p.landmark, seen[s].q_robot, seen[s].noise});
+    known.last = clock_;
+    observations_.push_back({estimates_.size(), p.landmark, seen[s].q_robot, seen[s].noise,
+                             seen[s].by_extra, filter_.extra()});
     row += 2;
   }
   const double nis = filter_.correct(residual, by_state, noise);
@@ -174,7 +210,7 @@ void EkfSlam::initialise(const std::vector<Seen>& seen, const std::vector<int>& 
   const double gate = chi_square_quantile(options_.apart, 2);
   std::vector<std::size_t> fresh;
   for (std::size_t s = 0; s < seen.size(); ++s) {
-    if (choice[s] >= 0) continue;
+    if (choice[s] != kNew) continue;
     const Vec2 p_map = filter_.T_map_robot() * seen[s].q_robot;
     const auto& near = filter_.near();
     const bool apart = std::all_of(near.begin(), near.end(), [&](int id) {
@@ -184,9 +220,10 @@ void EkfSlam::initialise(const std::vector<Seen>& seen, const std::vector<int>& 
     if (apart) fresh.push_back(s);
   }
   for (const std::size_t s : fresh) {
-    const int id = filter_.add(seen[s].q_robot, seen[s].noise);
-    known_.push_back({1, 0, seen[s].diameter, false, false});
-    observations_.push_back({estimates_.size(), id, seen[s].q_robot, seen[s].noise});
+    const int id = filter_.add(seen[s].q_robot, seen[s].noise, seen[s].by_extra);
+    known_.push_back({clock_, clock_, 0, 0, 1, 0, seen[s].diameter, false, false});
+    observations_.push_back(
+        {estimates_.size(), id, seen[s].q_robot, seen[s].noise, seen[s].by_extra, filter_.extra()});
   }
 }
 
@@ -194,11 +231,12 @@ void EkfSlam::initialise(const std::vector<Seen>& seen, const std::vector<int>& 
 bool EkfSlam::looked_through(const Scan& scan, int id) const {
   const Pose2 T_map_laser = filter_.T_map_robot() * scan.T_robot_laser;
   const Vec2 q = T_map_laser.inverse() * filter_.landmark(id);
-  const double range = q.norm(), beam =
-                                     (std::atan2(q.y(), q.x()) - scan.start_angle) / scan.angle_step;
+  const double range = q.norm(),
+               beam = (std::atan2(q.y(), q.x()) - scan.start_angle) / scan.angle_step;
   if (range > kInView || !(beam > 0 && beam < static_cast<double>(scan.ranges.size()) - 1))
     return false;
-  return scan.ranges[static_cast<std::size_t>(std::lround(beam))] > range + kThrough;
+  const auto least = static_cast<std::size_t>(beam);
+  return scan.ranges[least] > range + kThrough && scan.ranges[least + 1] > range + kThrough;
 }
 
 // Guesses that do not come true, and landmarks that are no longer there.
@@ -206,10 +244,10 @@ void EkfSlam::forget(const Scan& scan) {
   const std::vector<int> near = filter_.near();
   for (const int id : near) {
     Known& known = known_[static_cast<std::size_t>(id)];
-    if (!looked_through(scan, id)) continue;
-    ++known.missed;
     const bool guess = known.sightings < options_.confirmed;
-    if (known.missed < (guess ? options_.confirmed : options_.gone)) continue;
+    known.missed += looked_through(scan, id);
+    const bool untrue = guess && to_seconds(scan.time - known.first) > options_.patience;
+    if (!untrue && known.missed < options_.gone) continue;
     if (!guess) report_.count("landmarks that were there no more when looked at again");
     known.removed = true;
     filter_.remove(id);
@@ -250,6 +288,11 @@ void EkfSlam::see(const GpsFix& fix) {
   innovations_.push_back({fix.time, "gps", nis, 2, used});
   if (!used) return report_.count("fixes beyond the gate; not used");
   filter_.correct(residual, by_state, noise);
+  if (!estimates_.empty())
+    fixes_.push_back({estimates_.size() - 1,
+                      since_scan_.apply({{}, filter_.extra()}).T_map_robot,
+                      {fix.east, fix.north},
+                      verdict.piece});
 }
 
 // Until the way tells the heading, the map is as the robot began it.
@@ -297,18 +340,26 @@ LandmarkMap EkfSlam::finish() {
   }
   for (LandmarkObservation o : observations_) {
     o.landmark = number[static_cast<std::size_t>(o.landmark)];
-    if (o.landmark >= 0) map.observations.push_back(o);
+    if (o.landmark < 0) continue;
+    o.q_robot += o.by_extra * (filter_.extra() - o.at);
+    map.observations.push_back(o);
   }
   map.localization.estimates = estimates_;
+  map.steps = steps_;
+  map.fixes = fixes_;
+  map.numbers = filter_.extra();
   map.localization.innovations = innovations_;
   const auto tell = [&](const char* name, const char* unit, int k) {
-    map.localization.learnt.push_back({name, unit, filter_.extra()(k),
-                                       std::sqrt(filter_.covariance()(3 + k, 3 + k))});
+    map.localization.learnt.push_back(
+        {name, unit, filter_.extra()(k), std::sqrt(filter_.covariance()(3 + k, 3 + k))});
   };
   tell("scale of the way", "1", WheelStep::kScale);
   tell("scale of turns", "1", WheelStep::kTurnScale);
   tell("turn per way", "rad/m", WheelStep::kTurnOffset);
   tell("cube of the steering", "1/rad^2", WheelStep::kCurve);
+  tell("square of the steering", "1/rad", WheelStep::kSquare);
+  tell("drives to the left of ahead", "rad", kCrab);
+  tell("laser behind the wheels", "s", kLag);
   if (oriented_) {
     tell("antenna ahead", "m", kAntenna);
     tell("antenna to the left", "m", kAntenna + 1);

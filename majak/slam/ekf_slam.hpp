@@ -25,33 +25,41 @@ namespace majak::slam {
 
 struct EkfSlamOptions {
   motion::WheelRandom wheels;
-  double wheelbase = 2.83;     ///< m, of a car
-  double idle_noise = 1;       ///< m, rad per sqrt(s), where nothing tells of the motion
+  double wheelbase = 2.83;  ///< m, of a car
+  double idle_noise = 1;    ///< m, rad per sqrt(s), where nothing tells of the motion
   // What the wheels count wrongly, one sigma.
   double scale_sigma = 0.03;
   double turn_scale_sigma = 0.05;
   double turn_offset_sigma = 0.004;   ///< rad/m
   double steering_curve_sigma = 0.3;  ///< 1/rad^2
+  double steering_square_sigma = 0.1;  ///< 1/rad
 
   beacon::TrunkOptions trunks;
   double mirror_turn = 1.0 / 75;  ///< s, see match::beam_time; 0: the robot stands still in a scan
   double point_sigma = 0.05;      ///< m, by which a landmark is not the same from all sides
+  double diameter_sigma = 0.06;   ///< m, by which its diameter is not
   JointCompatibilityOptions association;
-  double apart = 0.9999;      ///< probability with which a sighting that becomes a new landmark is
-                              ///< none of the others
-  double least_apart = 1.0;   ///< m, nor nearer than this to any of them
-  int confirmed = 3;          ///< sightings before a landmark is more than a guess
-  int gone = 10;              ///< scans in a row that look through it, before it is given up
-  double near = 60;           ///< m, what is kept up to date
-  double look_around = 15;    ///< m driven between two looks around
+  double apart = 0.9999;     ///< probability with which a sighting that becomes a new landmark is
+                             ///< none of the others
+  double least_apart = 1.0;  ///< m, nor nearer than this to any of them
+  double recent = 4;  ///< s, after which a landmark that is seen again is doubted at first
+  int witnesses = 3;  ///< such landmarks in one scan, or scans in a row with one, that are enough
+  int confirmed = 5;         ///< sightings before a landmark is more than a guess
+  double patience = 3;       ///< s that a guess is given for that
+  int gone = 10;             ///< scans in a row that look through it, before it is given up
+  double near = 75;          ///< m, what is kept up to date
+  double look_around = 15;   ///< m driven between two looks around
+
+  double crab_sigma = 0.02;  ///< rad, between the laser's and the axle's direction
+  double lag_sigma = 0.03;  ///< s, of the laser against the wheels
 
   bool use_gps = true;
-  double gps_sigma = 0.35;        ///< m, of what errs alike in a piece
-  double gps_fast_sigma = 0.08;   ///< m, from fix to fix
-  double gps_memory = 200;        ///< s, of the former
-  double antenna_sigma = 3;       ///< m
-  double gps_gate = 16;           ///< NIS beyond which a fix is not believed
-  double find_heading = 20;       ///< m between fixes before the heading is taken from them
+  double gps_sigma = 0.35;       ///< m, of what errs alike in a piece
+  double gps_fast_sigma = 0.08;  ///< m, from fix to fix
+  double gps_memory = 200;       ///< s, of the former
+  double antenna_sigma = 3;      ///< m
+  double gps_gate = 16;          ///< NIS beyond which a fix is not believed
+  double find_heading = 20;      ///< m between fixes before the heading is taken from them
   localize::GpsPiecesOptions pieces;
 };
 
@@ -67,16 +75,29 @@ struct MappedLandmark {
 
 /// That a landmark was seen, as the graph wants it.
 struct LandmarkObservation {
-  std::size_t scan = 0;  ///< index into the estimates
-  int landmark = 0;      ///< index into the landmarks
+  std::size_t scan = 0;                             ///< index into the estimates
+  int landmark = 0;                                 ///< index into the landmarks
   Vec2 q_robot = Vec2::Zero();                      ///< m, at the scan's stamp
   Eigen::Matrix2d noise = Eigen::Matrix2d::Zero();  ///< of it
+  filter::LandmarkFilter::ByExtra by_extra;         ///< of q, by the extra numbers, about `at`
+  filter::LandmarkFilter::Extra at;
+};
+
+/// A fix, as the graph wants it.
+struct FixObservation {
+  std::size_t scan = 0;   ///< newest estimate at that time
+  Pose2 T_scan_robot;     ///< motion since, by the wheels
+  Vec2 z = Vec2::Zero();  ///< m, east and north
+  std::size_t piece = 0;  ///< of fixes that err alike
 };
 
 struct LandmarkMap {
   localize::Localization localization;  ///< estimates: one a scan, as known then
   std::vector<MappedLandmark> landmarks;
   std::vector<LandmarkObservation> observations;
+  std::vector<MotionInput::Motion> steps;  ///< [k]: by the wheels from scan k - 1 to scan k
+  std::vector<FixObservation> fixes;       ///< those that were used
+  filter::LandmarkFilter::Extra numbers;   ///< what the wheels count wrongly, the antenna; at last
 };
 
 class EkfSlam {
@@ -94,9 +115,12 @@ class EkfSlam {
   struct Seen {
     Vec2 q_robot;
     Eigen::Matrix2d noise;
+    filter::LandmarkFilter::ByExtra by_extra;
     double diameter, diameter_sigma;
   };
   struct Known {
+    Time first = 0, last = 0, returned = 0;
+    int returns = 0;
     int sightings = 0, missed = 0;
     double diameter = 0;
     bool removed = false, gone = false;
@@ -106,6 +130,7 @@ class EkfSlam {
   Estimate see(const Scan& scan);
   std::vector<Seen> look(const Scan& scan) const;
   std::vector<Pairing> candidates(const Seen& seen) const;
+  void doubt(Time time, const std::vector<std::vector<Pairing>>& allowed, std::vector<int>& choice);
   Pairing pair(const Seen& seen, int id) const;
   void correct(const std::vector<Seen>& seen, const std::vector<std::vector<Pairing>>& candidates,
                const std::vector<int>& choice);
@@ -122,6 +147,9 @@ class EkfSlam {
   localize::GpsPieces pieces_;
   std::vector<Known> known_;  ///< by the filter's number
   std::vector<LandmarkObservation> observations_;
+  std::vector<MotionInput::Motion> steps_;
+  std::vector<FixObservation> fixes_;
+  MotionInput::Motion since_scan_;
   std::vector<Estimate> estimates_;
   std::vector<localize::Innovation> innovations_;
   Report report_;

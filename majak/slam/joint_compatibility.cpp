@@ -18,10 +18,14 @@ class Search {
  public:
   Search(const std::vector<std::vector<Pairing>>& candidates, const Eigen::MatrixXd& covariance,
          const JointCompatibilityOptions& options)
-      : candidates_(candidates), covariance_(covariance), options_(options),
-        chosen_(candidates.size(), -1), best_(candidates.size(), -1) {
+      : candidates_(candidates),
+        covariance_(covariance),
+        options_(options),
+        chosen_(candidates.size(), -1),
+        best_(candidates.size(), -1) {
     for (std::size_t k = 0; k <= std::min(candidates.size(), kMost); ++k)
-      bounds_.push_back(k == 0 ? 0 : chi_square_quantile(options.gate, 2.0 * static_cast<double>(k)));
+      bounds_.push_back(k == 0 ? 0
+                               : chi_square_quantile(options.gate, 2.0 * static_cast<double>(k)));
     const auto n = 2 * static_cast<Eigen::Index>(bounds_.size());
     root_.setZero(n, n);
     whitened_.setZero(n);
@@ -101,12 +105,11 @@ class Search {
 
 Eigen::Matrix2d shared_spread(const Pairing& a, const Pairing& b,
                               const Eigen::MatrixXd& covariance) {
-  const Eigen::Matrix<double, 2, 3> pa = a.by_state.leftCols<3>(), pb = b.by_state.leftCols<3>();
-  const Eigen::Matrix2d la = a.by_state.rightCols<2>(), lb = b.by_state.rightCols<2>();
-  return pa * covariance.topLeftCorner<3, 3>() * pb.transpose() +
-         pa * covariance.block<3, 2>(0, b.column) * lb.transpose() +
-         la * covariance.block<2, 3>(a.column, 0) * pb.transpose() +
-         la * covariance.block<2, 2>(a.column, b.column) * lb.transpose();
+  constexpr int n = filter::LandmarkFilter::kBody;
+  return a.by_body * covariance.topLeftCorner<n, n>() * b.by_body.transpose() +
+         a.by_body * covariance.block<n, 2>(0, b.column) * b.by_landmark.transpose() +
+         a.by_landmark * covariance.block<2, n>(a.column, 0) * b.by_body.transpose() +
+         a.by_landmark * covariance.block<2, 2>(a.column, b.column) * b.by_landmark.transpose();
 }
 
 std::vector<int> associate_jointly(const std::vector<std::vector<Pairing>>& candidates,

@@ -8,28 +8,32 @@
 #include <vector>
 
 #include "majak/core/pose2.hpp"
+#include "majak/filter/landmark_filter.hpp"
 
 namespace majak::slam {
+
+using ByBody = Eigen::Matrix<double, 2, filter::LandmarkFilter::kBody>;
 
 /// A sighting that may be of a landmark.
 struct Pairing {
   int landmark = -1;
   Vec2 innovation = Vec2::Zero();  ///< measured less expected, m, robot frame
-  Eigen::Matrix<double, 2, 5> by_state = Eigen::Matrix<double, 2, 5>::Zero();  ///< of the
-                                    ///< expectation, by x, y, theta and the landmark's x, y
-  int column = 0;                   ///< of the landmark in the covariance
-  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();  ///< of the innovation
+  // Derivatives of what was expected less what was measured.
+  ByBody by_body = ByBody::Zero();                        ///< by pose and extra numbers
+  Eigen::Matrix2d by_landmark = Eigen::Matrix2d::Zero();  ///< by its x, y
+  int column = 0;                                         ///< of the landmark in the covariance
+  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();       ///< of the innovation
   double nis = 0;
 };
 
 struct JointCompatibilityOptions {
-  double gate = 0.99;      ///< probability with which true pairings pass, each and together
-  int most_nodes = 3000;   ///< of the search; then the best so far counts
+  double gate = 0.99;     ///< probability with which true pairings pass, each and together
+  int most_nodes = 3000;  ///< of the search; then the best so far counts
 };
 
-/// candidates[s]: the pairings that sighting s alone allows, likeliest first. Returns one index into
-/// each list, -1 for none; no landmark twice. As many as are jointly compatible, and of these the
-/// nearest. `covariance`: of the state, x, y, theta first.
+/// candidates[s]: the pairings that sighting s alone allows, likeliest first. Returns one index
+/// into each list, -1 for none; no landmark twice. As many as are jointly compatible, and of these
+/// the nearest. `covariance`: of the state, x, y, theta first.
 std::vector<int> associate_jointly(const std::vector<std::vector<Pairing>>& candidates,
                                    const Eigen::MatrixXd& covariance,
                                    const JointCompatibilityOptions& options = {});

@@ -10,13 +10,13 @@ namespace {
 
 constexpr double kLongest = 0.5;  // s that the odometry's last velocity is taken to hold
 
-MotionInput::Motion counted_right() {
+}  // namespace
+
+MotionInput::Motion MotionInput::counted_right() {
   MotionInput::Motion motion;
   motion.at(motion::WheelStep::kScale) = motion.at(motion::WheelStep::kTurnScale) = 1;
   return motion;
 }
-
-}  // namespace
 
 MotionInput::MotionInput(const motion::WheelRandom& random, double wheelbase, double idle)
     : random_(random), wheelbase_(wheelbase), idle_(idle), pending_(counted_right()) {}
@@ -25,7 +25,9 @@ void MotionInput::roll(const motion::WheelStep& wheels) {
   Motion step;
   step.at = pending_.at;
   step.T_from_to = exp(wheels.twist);
-  step.by_extra.leftCols<4>() = right_jacobian(wheels.twist) * wheels.by_numbers;
+  Eigen::Matrix<double, 3, kNumbers> by_numbers;
+  by_numbers << wheels.by_numbers, Vec3(-wheels.twist.y(), wheels.twist.x(), 0);
+  step.by_extra.leftCols<kNumbers>() = right_jacobian(wheels.twist) * by_numbers;
   step.noise.diagonal() = motion::step_variance(wheels.twist, random_);
   pending_.then(step);
   way_ += wheels.twist.head<2>().norm();

@@ -14,7 +14,14 @@ namespace majak::slam {
 class MotionInput {
  public:
   static constexpr int kExtra = filter::LandmarkFilter::kExtra;
+  /// Among the extra numbers: those of the wheels, and by how much the robot drives to the left of
+  /// where its laser's mounting says ahead is, rad.
+  static constexpr int kCrab = motion::WheelStep::kNumbers;
+  static constexpr int kNumbers = kCrab + 1;
   using Motion = filter::RelativeInput<kExtra>;
+
+  /// No motion, with scales of one and no offsets.
+  static Motion counted_right();
 
   /// `idle`: m per sqrt(s), where nothing tells of the motion; rad as well.
   MotionInput(const motion::WheelRandom& random, double wheelbase, double idle);

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/slam/landmark_graph.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <cstdio>
+#include <map>
+
+#include "majak/graph/marginals.hpp"
+#include "majak/graph/optimize.hpp"
+
+namespace majak::slam {
+namespace {
+
+using motion::WheelStep;
+
+constexpr int kAntenna = MotionInput::kNumbers + 1;
+constexpr double kUpright = 1e6;   // information of a heading that is none
+constexpr double kAny = 1e-6;      // of one that does not matter
+constexpr double kSettled = 1e-3;  // m that the last round moved the farthest pose
+
+Mat3 of_place(const Eigen::Matrix2d& information, double heading) {
+  Mat3 m = Mat3::Zero();
+  m.topLeftCorner<2, 2>() = information;
+  m(2, 2) = heading;
+  return m;
+}
+
+// Nodes: the poses at the scans, the landmarks, and with fixes the earth, how each piece of fixes
+// errs, and where the antenna was at each fix. Places are poses whose heading nothing depends on.
+class Problem {
+ public:
+  Problem(LandmarkMap& map, const LandmarkGraphOptions& options) : map_(map), options_(options) {
+    numbers_ = map.numbers;
+  }
+
+  // Poses by the graph, what the wheels count wrongly and the antenna by least squares, in turn.
+  void solve() {
+    build();
+    graph::Optimizer optimizer({.max_iterations = 30, .start = graph::Start::given, .robust = getenv("RK")?static_cast<graph::Robust>(atoi(getenv("RK"))):graph::Robust::dcs_truncated});
+    for (int k = 0; k < options_.rounds; ++k) {
+      const std::vector<Pose2> before = graph_.poses;
+      set_measurements();
+      summary_ = optimizer.optimize(graph_);
+      learn_wheels();
+      learn_antenna();
+      double moved = 0;
+      for (std::size_t i = 0; i < before.size(); ++i)
+        moved = std::max(moved, (before[i].translation() - graph_.poses[i].translation()).norm());
+      if (moved < kSettled) break;
+    }
+    double ch[3]={0,0,0}, w=0; int n[3]={0,0,0}, low=0; for(size_t i=0;i<graph_.edges.size();++i){int t=graph_.edges[i].robust?1:(i<scans()-1?0:2); ch[t]+=summary_.edge_chi2[i]; n[t]++; low+=summary_.edge_weight[i]<0.5; }
+    if(getenv("SLIP")) for(size_t k=1;k<scans();++k){Vec3 r=graph::residual(graph_.poses[k-1],graph_.poses[k],graph_.edges[k-1].T_from_to); double c=r.dot(graph_.edges[k-1].information*r); if(c>8) fprintf(stderr,"SLIP t %.1f chi2 %.1f r %.3f %.3f %.4f step %.2f %.4f at %.1f %.1f\n",map_.localization.estimates[k].time/1e9,c,r.x(),r.y(),r.z(),map_.steps[k].T_from_to.x,map_.steps[k].T_from_to.theta,graph_.poses[k].x,graph_.poses[k].y);}
+    { double bb[12]={0},rb[12]={0},bs[12]={0}; int nb[12]={0}; double rr[10]={0},br[10]={0}; int nr[10]={0}; for(size_t i=0;i<map_.observations.size();++i){auto&o=map_.observations[i]; if(summary_.edge_weight[scans()-1+i]<0.7)continue; Vec2 L(3.78,0.5); Vec2 qp=graph_.poses[o.scan].inverse()*graph_.poses[landmark_node(o.landmark)].translation()-L, qm=o.q_robot-L; double dr=qm.norm()-qp.norm(), db=std::atan2(qm.y(),qm.x())-std::atan2(qp.y(),qp.x()); double be=std::atan2(qm.y(),qm.x())*57.3; int b=std::clamp(int((be+95)/190*12),0,11); bb[b]+=db;bs[b]+=db*db; rb[b]+=dr; nb[b]++; int r=std::clamp(int(qm.norm()/5),0,9); rr[r]+=dr; br[r]+=db; nr[r]++;} for(int b=0;b<12;++b) fprintf(stderr,"  curv bearing %.0f n %d: bearing err %.3f deg (rms %.3f) range err %.3f\n",-95+190./12*(b+.5),nb[b],bb[b]/nb[b]*57.3,std::sqrt(bs[b]/nb[b])*57.3,rb[b]/nb[b]); for(int b=0;b<10;++b) fprintf(stderr,"  curv range %d n %d: range err %.3f bearing %.3f\n",b*5,nr[b],rr[b]/nr[b],br[b]/nr[b]*57.3);}
+    { double ry[5]={0},rx[5]={0},rt[5]={0},dd[5]={0}; for(size_t k=1;k<scans();++k){Vec3 r=graph::residual(graph_.poses[k-1],graph_.poses[k],graph_.edges[k-1].T_from_to); double d=map_.steps[k].T_from_to.x, t=map_.steps[k].T_from_to.theta; if(d<0.05) continue; double cu=t/d; int b=cu<-0.1?0:cu<-0.03?1:cu<0.03?2:cu<0.1?3:4; ry[b]+=r.y();rx[b]+=r.x();rt[b]+=r.z();dd[b]+=d;} for(int b=0;b<5;++b) fprintf(stderr,"  curv %d way %.0f crab %.3f deg  scale %.4f turn %.5f rad/m\n",b,dd[b],ry[b]/dd[b]*57.3,rx[b]/dd[b],rt[b]/dd[b]);}
+    { double c[3]={0,0,0},ct[2]={0,0}; int nn=0,nt[2]={0,0}; for(size_t k=1;k<scans();++k){Vec3 r=graph::residual(graph_.poses[k-1],graph_.poses[k],graph_.edges[k-1].T_from_to); if(map_.steps[k].T_from_to.x<0.05) continue; nn++; for(int j=0;j<3;++j) c[j]+=r(j)*r(j)/map_.steps[k].noise(j,j); int t=std::abs(map_.steps[k].T_from_to.theta)>0.03; nt[t]++; ct[t]+=r(2)*r(2)/map_.steps[k].noise(2,2);} fprintf(stderr,"along %.3f across %.3f turn %.3f (straight %.3f %d curve %.3f %d)\n",c[0]/nn,c[1]/nn,c[2]/nn,ct[0]/nt[0],nt[0],ct[1]/nt[1],nt[1]);}
+    fprintf(stderr,"chi2 wheels %.1f/%d landmarks %.1f/%d gps %.1f/%d low %d iters %d conv %d\n",ch[0],n[0],ch[1],n[1],ch[2],n[2],low,summary_.iterations,summary_.converged);
+    store();
+  }
+
+ private:
+  std::size_t scans() const { return map_.localization.estimates.size(); }
+  int landmark_node(int landmark) const { return static_cast<int>(scans()) + landmark; }
+
+  int place(const Vec2& p) {
+    graph_.poses.push_back({p.x(), p.y(), 0});
+    return static_cast<int>(graph_.poses.size()) - 1;
+  }
+
+  void build() {
+    for (const Estimate& e : map_.localization.estimates) graph_.poses.push_back(e.T_map_robot);
+    for (const MappedLandmark& l : map_.landmarks) place(l.p_map);
+    for (std::size_t k = 1; k < scans(); ++k) {
+      Mat3 noise = map_.steps[k].noise;
+      noise.diagonal().array() += 1e-8;  // the car stands still
+      graph_.edges.push_back(
+          {static_cast<int>(k - 1), static_cast<int>(k), {}, noise.inverse(), false});
+    }
+    for (const LandmarkObservation& o : map_.observations)
+      graph_.edges.push_back({static_cast<int>(o.scan),
+                              landmark_node(o.landmark),
+                              {o.q_robot.x(), o.q_robot.y(), 0},
+                              of_place(o.noise.inverse(), kAny),
+                              true});
+    build_fixes();
+  }
+
+  void build_fixes() {
+    if (map_.fixes.empty()) return;
+    const double slow = 1 / (options_.gps_sigma * options_.gps_sigma);
+    const double fast = 1 / (options_.gps_fast_sigma * options_.gps_fast_sigma);
+    const int earth = graph_.fixed = place(Vec2::Zero());
+    std::map<std::size_t, int> pieces;
+    for (const FixObservation& f : map_.fixes) {
+      auto [piece, fresh] = pieces.try_emplace(f.piece, 0);
+      if (fresh) {
+        piece->second = place(Vec2::Zero());
+        graph_.edges.push_back({earth, piece->second, {},
+                                of_place(slow * Eigen::Matrix2d::Identity(), kUpright), false});
+      }
+      const int antenna = place(f.z);
+      graph_.edges.push_back({piece->second, antenna, {f.z.x(), f.z.y(), 0},
+                              of_place(fast * Eigen::Matrix2d::Identity(), kUpright), false});
+      antenna_edges_.push_back(graph_.edges.size());
+      graph_.edges.push_back({static_cast<int>(f.scan), antenna, {},
+                              of_place(1e4 * Eigen::Matrix2d::Identity(), kAny), false});
+    }
+  }
+
+  // With the numbers as learnt so far.
+  void set_measurements() {
+    for (std::size_t k = 1; k < scans(); ++k)
+      graph_.edges[k - 1].T_from_to = map_.steps[k].apply({{}, numbers_}).T_map_robot;
+    const Vec2 antenna = numbers_.segment<2>(kAntenna);
+    for (std::size_t i = 0; i < antenna_edges_.size(); ++i) {
+      const Vec2 a = map_.fixes[i].T_scan_robot * antenna;
+      graph_.edges[antenna_edges_[i]].T_from_to = {a.x(), a.y(), 0};
+    }
+  }
+
+  void learn_wheels() {
+    using Normal = Eigen::Matrix<double, MotionInput::kNumbers, MotionInput::kNumbers>;
+    using Numbers = Eigen::Matrix<double, MotionInput::kNumbers, 1>;
+    Numbers nominal = MotionInput::counted_right().at.head<MotionInput::kNumbers>(), sigma;
+    sigma << options_.scale_sigma, options_.turn_scale_sigma, options_.turn_offset_sigma,
+        options_.steering_curve_sigma, options_.steering_square_sigma, options_.crab_sigma;
+    Numbers precision = sigma.cwiseAbs2().cwiseInverse();
+    Normal normal = precision.asDiagonal();
+    Numbers right = precision.cwiseProduct(nominal - numbers_.head<MotionInput::kNumbers>());
+    for (std::size_t k = 1; k < scans(); ++k) {
+      const auto by = map_.steps[k].by_extra.leftCols<MotionInput::kNumbers>();
+      const Vec3 left = graph::residual(graph_.poses[k - 1], graph_.poses[k],
+                                        graph_.edges[k - 1].T_from_to);
+      const Mat3& information = graph_.edges[k - 1].information;
+      normal += by.transpose() * information * by;
+      right += by.transpose() * information * left;
+    }
+    numbers_.head<MotionInput::kNumbers>() += normal.ldlt().solve(right);
+  }
+
+  void learn_antenna() {
+    if (antenna_edges_.empty()) return;
+    Vec2 sum = Vec2::Zero();
+    for (std::size_t i = 0; i < antenna_edges_.size(); ++i) {
+      const graph::Edge& edge = graph_.edges[antenna_edges_[i]];
+      const Pose2 T_map_robot =
+          graph_.poses[static_cast<std::size_t>(edge.from)] * map_.fixes[i].T_scan_robot;
+      sum += T_map_robot.inverse() *
+             graph_.poses[static_cast<std::size_t>(edge.to)].translation();
+    }
+    numbers_.segment<2>(kAntenna) = sum / static_cast<double>(antenna_edges_.size());
+  }
+
+  void store() {
+    const graph::Marginals marginals(graph_, summary_.edge_weight);
+    for (std::size_t k = 0; k < scans(); ++k) {
+      map_.localization.estimates[k].T_map_robot = graph_.poses[k];
+      map_.localization.estimates[k].covariance = marginals.covariance(static_cast<int>(k));
+    }
+    for (std::size_t i = 0; i < map_.landmarks.size(); ++i) {
+      const int node = landmark_node(static_cast<int>(i));
+      map_.landmarks[i].p_map = graph_.poses[static_cast<std::size_t>(node)].translation();
+      map_.landmarks[i].covariance = marginals.covariance(node).topLeftCorner<2, 2>();
+    }
+    map_.numbers = numbers_;
+  }
+
+  LandmarkMap& map_;
+  const LandmarkGraphOptions& options_;
+  graph::PoseGraph graph_;
+  graph::Summary summary_;
+  std::vector<std::size_t> antenna_edges_;
+  filter::LandmarkFilter::Extra numbers_;
+};
+
+// Landmarks that stand in one place are one. True where any were found.
+bool merge(LandmarkMap& map, const LandmarkGraphOptions& options) {
+  const std::size_t n = map.landmarks.size();
+  std::vector<int> now(n);
+  std::vector<MappedLandmark> kept;
+  for (std::size_t i = 0; i < n; ++i) {
+    const MappedLandmark& l = map.landmarks[i];
+    now[i] = -1;
+    for (std::size_t k = 0; k < kept.size() && now[i] < 0; ++k) {
+      const Vec2 off = l.p_map - kept[k].p_map;
+      if (off.norm() < options.merge_distance) now[i] = static_cast<int>(k);
+    }
+    if (now[i] < 0) {
+      now[i] = static_cast<int>(kept.size());
+      kept.push_back(l);
+    } else {
+      MappedLandmark& k = kept[static_cast<std::size_t>(now[i])];
+      const double share = static_cast<double>(l.sightings) / (l.sightings + k.sightings);
+      k.p_map += share * (l.p_map - k.p_map);
+      k.diameter += share * (l.diameter - k.diameter);
+      k.sightings += l.sightings;
+    }
+  }
+  for (LandmarkObservation& o : map.observations) o.landmark = now[static_cast<std::size_t>(o.landmark)];
+  map.landmarks = std::move(kept);
+  return map.landmarks.size() < n;
+}
+
+}  // namespace
+
+LandmarkMap optimize_landmarks(LandmarkMap seen, const LandmarkGraphOptions& options) {
+  if (seen.localization.estimates.empty()) return seen;
+  Problem(seen, options).solve();
+  while (merge(seen, options)) Problem(seen, options).solve();
+  return seen;
+}
+
+}  // namespace majak::slam
