@@ -15,56 +15,17 @@
 #include <string>
 #include <vector>
 
+#include "bench/victoria_park.hpp"
 #include "majak/core/error.hpp"
-#include "majak/eval/statistics.hpp"
 #include "majak/eval/trajectory.hpp"
 #include "majak/io/options_file.hpp"
-#include "majak/io/source.hpp"
-#include "majak/localize/gps_pieces.hpp"
 #include "majak/localize/kalman.hpp"
 
 namespace {
 
 using namespace majak;
 
-constexpr double kWheelbase = 2.83;  // m
-
-struct Data {
-  std::vector<Event> events;
-  std::vector<GpsFix> fixes;
-  std::vector<int> burst;   // of each fix
-  std::vector<bool> sound;  // each fix, by data alone
-  int bursts = 0;
-};
-
-Data read(const std::string& folder) {
-  Data d;
-  const auto source = io::open_log(folder);
-  localize::GpsPiecesOptions screen;
-  screen.least = 5;
-  localize::GpsPieces pieces(screen);
-  std::optional<WheelMotion> wheels;
-  double way = 0, turned = 0;
-  while (auto event = source->next()) {
-    if (auto* scan = std::get_if<Scan>(&*event)) scan->ranges.clear();
-    if (const auto* fix = std::get_if<GpsFix>(&*event)) {
-      const bool outage = d.fixes.empty() || fix->time - d.fixes.back().time > 5 * kSecond;
-      d.bursts += outage;
-      d.fixes.push_back(*fix);
-      d.burst.push_back(d.bursts - 1);
-      pieces.add(*fix, way, turned);
-    }
-    if (const auto* now = std::get_if<WheelMotion>(&*event)) {
-      const double step = wheels ? wheels->speed * to_seconds(now->time - wheels->time) : 0;
-      way += step;
-      if (wheels) turned += std::abs(step * std::tan(wheels->steering) / kWheelbase);
-      wheels = *now;
-    }
-    d.events.push_back(std::move(*event));
-  }
-  for (const auto& verdict : pieces.verdicts()) d.sound.push_back(verdict.trusted);
-  return d;
-}
+using bench::ParkData;
 
 struct Scored {
   std::vector<double> errors;  // of all held-out fixes
@@ -79,8 +40,8 @@ double value_of(const localize::Localization& run, const std::string& name) {
   return 0;
 }
 
-Scored score(const Data& data, const std::set<int>& held, const localize::KalmanOptions& options,
-             bool verbose) {
+Scored score(const ParkData& data, const std::set<int>& held,
+             const localize::KalmanOptions& options, bool verbose) {
   localize::Kalman kalman(options);
   std::size_t i = 0;
   std::map<Time, Pose2> online;
@@ -127,16 +88,8 @@ Scored score(const Data& data, const std::set<int>& held, const localize::Kalman
 }
 
 void print(const std::string& name, const Scored& s) {
-  const auto tell = [&](const char* which, std::vector<double> errors) {
-    std::sort(errors.begin(), errors.end());
-    double mean = 0;
-    for (double e : errors) mean += e;
-    mean /= static_cast<double>(errors.size());
-    fmt::print("{:8} {:5} fixes {:4}  mean {:.3f}  median {:.3f}  max {:.2f}\n", name, which,
-               errors.size(), mean, errors[errors.size() / 2], errors.back());
-  };
-  tell("all", s.errors);
-  tell("sound", s.sound);
+  bench::tell_errors(name, "all", s.errors);
+  bench::tell_errors(name, "sound", s.sound);
   fmt::print("         NIS {:.2f}  online off by {:.1f}\n", s.nis, s.largest);
   std::fflush(stdout);
 }
@@ -150,7 +103,7 @@ int main(int argc, char** argv) {
     OptionFields fields;
     localize::describe(fields, options);
     bool one_out = false;
-    const Data data = read(argv[1]);
+    const ParkData data(argv[1]);
     for (int i = 2; i < argc; ++i) {
       if (std::string(argv[i]) == "--one-out")
         one_out = true;
@@ -158,10 +111,7 @@ int main(int argc, char** argv) {
         io::apply_option(fields, argv[i]);
     }
     for (const int fold : {0, 1}) {
-      std::set<int> held;
-      for (int b = 1; b + 1 < data.bursts; ++b)
-        if (b % 2 != fold) held.insert(b);  // the second burst is the first to be held out
-      print(fmt::format("fold {}", fold), score(data, held, options, true));
+      print(fmt::format("fold {}", fold), score(data, data.held_out(fold), options, true));
     }
     if (one_out) {
       Scored all;

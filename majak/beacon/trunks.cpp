@@ -16,6 +16,24 @@ bool clear(const Scan& scan, std::size_t beam, double range) {
   return scan.ranges[beam] > range;  // also where there is no return; not where it is invalid
 }
 
+Vec2 point(const Scan& scan, std::size_t beam) {
+  return scan.ranges[beam] * Vec2(std::cos(scan.angle(beam)), std::sin(scan.angle(beam)));
+}
+
+// Hedges and crowds that some beams miss look like many trunks.
+bool lone(const Scan& scan, std::size_t first, std::size_t last, double range, double around) {
+  const auto beams = static_cast<std::size_t>(around / range / std::abs(scan.angle_step)) + 1;
+  const Vec2 here = point(scan, (first + last) / 2);
+  const std::size_t begin = first - std::min(first, beams);
+  const std::size_t end = std::min(scan.ranges.size(), last + beams + 1);
+  for (std::size_t i = begin; i < end; ++i) {
+    const bool own = i >= first && i <= last;
+    if (!own && std::isfinite(scan.ranges[i]) && (point(scan, i) - here).norm() < around)
+      return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 std::vector<LandmarkSighting> find_trunks(const Scan& scan, const TrunkOptions& o) {
@@ -34,8 +52,9 @@ std::vector<LandmarkSighting> find_trunks(const Scan& scan, const TrunkOptions& 
     if (beams < o.least_beams || last + 1 >= n) continue;
     if (!clear(scan, first - 1, far + o.clearance) || !clear(scan, last + 1, far + o.clearance))
       continue;
-    const double wide = beams * step, d = std::max(0.0, near * (wide - o.spot));
+    const double d = near * (beams * step);
     if (d > o.max_diameter || far - near > d / 2 + kUneven) continue;
+    if (!lone(scan, first, last, near, o.lone)) continue;
     double sum = 0;  // over the middle half, where the circle is flat
     int middle = 0;
     for (std::size_t i = first + static_cast<std::size_t>(beams / 4);

@@ -79,8 +79,7 @@ class Kalman {
   static constexpr int kScale = motion::WheelStep::kScale,
                        kTurnScale = motion::WheelStep::kTurnScale,
                        kTurnOffset = motion::WheelStep::kTurnOffset,
-                       kCurve = motion::WheelStep::kCurve, kAntenna = 4,
-                       kSlow = kAntenna + 2;
+                       kCurve = motion::WheelStep::kCurve, kAntenna = 4, kSlow = kAntenna + 2;
   using State = filter::PoseState<kExtra>;
   using Belief = filter::PoseBelief<kExtra>;
   using Motion = filter::RelativeInput<kExtra>;

@@ -23,8 +23,9 @@ constexpr int kCrab = MotionInput::kCrab, kLag = kCrab + 1, kAntenna = kLag + 1,
               kSlow = kAntenna + 2;
 constexpr double kSightings = 20;  // that the mean diameter remembers
 constexpr double kThrough = 0.7;   // m behind a landmark where a beam ends that went through it
+constexpr double kForgotten = 1;   // s after which a guess that is not seen again is dropped
 constexpr int kNew = -1, kDoubted = -2;  // choices that are no pairing
-constexpr double kInView = 20;     // m, within which a landmark must be seen
+constexpr double kInView = 20;           // m, within which a landmark must be seen
 
 Eigen::Matrix2d rotation(double theta) {
   const double c = std::cos(theta), s = std::sin(theta);
@@ -39,7 +40,8 @@ LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {
   LandmarkFilter::Body covariance = LandmarkFilter::Body::Zero();
   LandmarkFilter::Extra sigma;
   sigma << o.scale_sigma, o.turn_scale_sigma, o.turn_offset_sigma, o.steering_curve_sigma,
-      o.steering_square_sigma, o.crab_sigma, o.lag_sigma, o.antenna_sigma, o.antenna_sigma, o.gps_sigma, o.gps_sigma;
+      o.steering_square_sigma, o.crab_sigma, o.lag_sigma, o.antenna_sigma, o.antenna_sigma,
+      o.gps_sigma, o.gps_sigma;
   covariance.diagonal().tail<LandmarkFilter::kExtra>() = sigma.cwiseAbs2();
   return {start, extra, covariance};
 }
@@ -49,9 +51,9 @@ LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {
 EkfSlam::EkfSlam(const EkfSlamOptions& options, const Pose2& start)
     : options_(options),
       filter_(beginning(options, start)),
-      motion_(options.wheels, options.wheelbase, options.idle_noise),
-      since_scan_(MotionInput::counted_right()),
-      pieces_(options.pieces) {}
+      motion_(options.wheels, options.wheelbase),
+      pieces_(options.pieces),
+      since_scan_(MotionInput::counted_right()) {}
 
 std::optional<Estimate> EkfSlam::add(const Event& event) {
   if (const auto* wheels = std::get_if<WheelMotion>(&event)) motion_.add(*wheels);
@@ -89,8 +91,7 @@ Estimate EkfSlam::see(const Scan& scan) {
   const std::vector<Seen> seen = look(scan);
   std::vector<std::vector<Pairing>> allowed;
   for (const Seen& s : seen) allowed.push_back(candidates(s));
-  std::vector<int> choice =
-      associate_jointly(allowed, filter_.covariance(), options_.association);
+  std::vector<int> choice = associate_jointly(allowed, filter_.covariance(), options_.association);
   doubt(scan.time, allowed, choice);
   correct(seen, allowed, choice);
   initialise(seen, choice);
@@ -219,12 +220,31 @@ void EkfSlam::initialise(const std::vector<Seen>& seen, const std::vector<int>& 
     });
     if (apart) fresh.push_back(s);
   }
+  std::erase_if(guesses_, [&](const Guess& g) { return to_seconds(clock_ - g.last) > kForgotten; });
   for (const std::size_t s : fresh) {
+    if (!confirmed(seen[s])) continue;
     const int id = filter_.add(seen[s].q_robot, seen[s].noise, seen[s].by_extra);
-    known_.push_back({clock_, clock_, 0, 0, 1, 0, seen[s].diameter, false, false});
+    known_.push_back({clock_, 0, 0, options_.confirmed, 0, seen[s].diameter, false});
     observations_.push_back(
         {estimates_.size(), id, seen[s].q_robot, seen[s].noise, seen[s].by_extra, filter_.extra()});
   }
+}
+
+// Only what stands still for some sightings becomes a landmark: branches, hedges and people do not
+// touch the map.
+bool EkfSlam::confirmed(const Seen& seen) {
+  const Vec2 p_map = filter_.T_map_robot() * seen.q_robot;
+  const auto same = [&](const Guess& g) { return (g.p_map - p_map).norm() < options_.guess_gate; };
+  const auto guess = std::find_if(guesses_.begin(), guesses_.end(), same);
+  if (guess == guesses_.end()) {
+    guesses_.push_back({p_map, clock_, 1});
+    return false;
+  }
+  guess->p_map += (p_map - guess->p_map) / ++guess->sightings;
+  guess->last = clock_;
+  if (guess->sightings < options_.confirmed) return false;
+  guesses_.erase(guess);
+  return true;
 }
 
 // Does a beam go through where it should stand?
@@ -239,17 +259,15 @@ bool EkfSlam::looked_through(const Scan& scan, int id) const {
   return scan.ranges[least] > range + kThrough && scan.ranges[least + 1] > range + kThrough;
 }
 
-// Guesses that do not come true, and landmarks that are no longer there.
+// Landmarks that are no longer there.
 void EkfSlam::forget(const Scan& scan) {
   const std::vector<int> near = filter_.near();
   for (const int id : near) {
     Known& known = known_[static_cast<std::size_t>(id)];
-    const bool guess = known.sightings < options_.confirmed;
     known.missed += looked_through(scan, id);
-    const bool untrue = guess && to_seconds(scan.time - known.first) > options_.patience;
-    if (!untrue && known.missed < options_.gone) continue;
-    if (!guess) report_.count("landmarks that were there no more when looked at again");
-    known.removed = true;
+    if (known.missed < options_.gone) continue;
+    report_.count("landmarks that were there no more when looked at again");
+    known.gone = true;
     filter_.remove(id);
   }
 }
@@ -261,6 +279,7 @@ void EkfSlam::see(const GpsFix& fix) {
   predict(fix.time);
   const localize::FixVerdict verdict = pieces_.add(fix, motion_.way(), motion_.turned());
   if (!verdict.trusted) return report_.count("fixes that jump, or come alone; not used");
+  keep(fix, verdict.piece);
   if (!oriented_) return find_heading(fix);
   const Pose2& at = filter_.T_map_robot();
   const Eigen::Matrix2d turn = rotation(at.theta);
@@ -284,15 +303,19 @@ void EkfSlam::see(const GpsFix& fix) {
   const Eigen::Matrix2d noise = fast * Eigen::Matrix2d::Identity();
   const Eigen::Matrix2d s = by_state * filter_.covariance() * by_state.transpose() + noise;
   const double nis = residual.dot(s.inverse() * residual);
-  const bool used = nis < options_.gps_gate;
-  innovations_.push_back({fix.time, "gps", nis, 2, used});
-  if (!used) return report_.count("fixes beyond the gate; not used");
-  filter_.correct(residual, by_state, noise);
-  if (!estimates_.empty())
-    fixes_.push_back({estimates_.size() - 1,
-                      since_scan_.apply({{}, filter_.extra()}).T_map_robot,
-                      {fix.east, fix.north},
-                      verdict.piece});
+  // Beyond the gate it counts as measured that much worse: it may be right, and the filter too
+  // sure.
+  const double share = std::min(1.0, options_.gps_gate / nis);
+  innovations_.push_back({fix.time, "gps", nis, 2, share == 1});
+  if (share < 1) report_.count("fixes beyond the gate; believed less");
+  filter_.correct(residual, by_state, noise + s * (1 / share - 1));
+}
+
+// For the graph, that may believe it more.
+void EkfSlam::keep(const GpsFix& fix, std::size_t piece) {
+  if (estimates_.empty()) return;
+  const Pose2 T_scan_robot = since_scan_.apply({{}, filter_.extra()}).T_map_robot;
+  fixes_.push_back({estimates_.size() - 1, T_scan_robot, {fix.east, fix.north}, piece});
 }
 
 // Until the way tells the heading, the map is as the robot began it.
@@ -305,7 +328,9 @@ void EkfSlam::find_heading(const GpsFix& fix) {
   if (widest < options_.find_heading) return;
   const double place = std::hypot(options_.gps_sigma, options_.antenna_sigma);
   const double turn = 2 * place / widest;
-  filter_.move_map(rigid_fit(driven_, fixed_), Vec3(place, place, turn).cwiseAbs2().asDiagonal());
+  const Pose2 T_new_old = rigid_fit(driven_, fixed_);
+  filter_.move_map(T_new_old, Vec3(place, place, turn).cwiseAbs2().asDiagonal());
+  for (Estimate& e : estimates_) e.T_map_robot = T_new_old * e.T_map_robot;
   looked_from_ = filter_.T_map_robot().translation();
   filter_.look_around(looked_from_, options_.near);
   oriented_ = true;
@@ -334,7 +359,7 @@ LandmarkMap EkfSlam::finish() {
       m.covariance = filter_.covariance().block<2, 2>(column, column);
     m.diameter = known.diameter;
     m.sightings = known.sightings;
-    m.gone = known.removed;
+    m.gone = known.gone;
     number[i] = static_cast<int>(map.landmarks.size());
     map.landmarks.push_back(m);
   }

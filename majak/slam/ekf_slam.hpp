@@ -26,32 +26,31 @@ namespace majak::slam {
 struct EkfSlamOptions {
   motion::WheelRandom wheels;
   double wheelbase = 2.83;  ///< m, of a car
-  double idle_noise = 1;    ///< m, rad per sqrt(s), where nothing tells of the motion
   // What the wheels count wrongly, one sigma.
   double scale_sigma = 0.03;
   double turn_scale_sigma = 0.05;
-  double turn_offset_sigma = 0.004;   ///< rad/m
-  double steering_curve_sigma = 0.3;  ///< 1/rad^2
+  double turn_offset_sigma = 0.004;    ///< rad/m
+  double steering_curve_sigma = 0.3;   ///< 1/rad^2
   double steering_square_sigma = 0.1;  ///< 1/rad
 
   beacon::TrunkOptions trunks;
   double mirror_turn = 1.0 / 75;  ///< s, see match::beam_time; 0: the robot stands still in a scan
-  double point_sigma = 0.05;      ///< m, by which a landmark is not the same from all sides
+  double point_sigma = 0.03;      ///< m, by which a landmark is not the same from all sides
   double diameter_sigma = 0.06;   ///< m, by which its diameter is not
   JointCompatibilityOptions association;
   double apart = 0.9999;     ///< probability with which a sighting that becomes a new landmark is
                              ///< none of the others
   double least_apart = 1.0;  ///< m, nor nearer than this to any of them
-  double recent = 4;  ///< s, after which a landmark that is seen again is doubted at first
+  double recent = 4;         ///< s, after which a landmark that is seen again is doubted at first
   int witnesses = 3;  ///< such landmarks in one scan, or scans in a row with one, that are enough
-  int confirmed = 5;         ///< sightings before a landmark is more than a guess
-  double patience = 3;       ///< s that a guess is given for that
-  int gone = 10;             ///< scans in a row that look through it, before it is given up
-  double near = 75;          ///< m, what is kept up to date
-  double look_around = 15;   ///< m driven between two looks around
+  int confirmed = 5;  ///< sightings before a landmark is more than a guess
+  double guess_gate = 0.5;  ///< m, between these sightings
+  int gone = 10;            ///< scans in a row that look through it, before it is given up
+  double near = 75;         ///< m, what is kept up to date
+  double look_around = 15;  ///< m driven between two looks around
 
   double crab_sigma = 0.02;  ///< rad, between the laser's and the axle's direction
-  double lag_sigma = 0.03;  ///< s, of the laser against the wheels
+  double lag_sigma = 0.03;   ///< s, of the laser against the wheels
 
   bool use_gps = true;
   double gps_sigma = 0.35;       ///< m, of what errs alike in a piece
@@ -119,11 +118,18 @@ class EkfSlam {
     double diameter, diameter_sigma;
   };
   struct Known {
-    Time first = 0, last = 0, returned = 0;
+    Time last = 0, returned = 0;
     int returns = 0;
     int sightings = 0, missed = 0;
     double diameter = 0;
-    bool removed = false, gone = false;
+    bool gone = false;
+  };
+
+  /// Seen, but not often enough yet.
+  struct Guess {
+    Vec2 p_map;
+    Time last;
+    int sightings;
   };
 
   void predict(Time time);
@@ -136,8 +142,10 @@ class EkfSlam {
                const std::vector<int>& choice);
   void initialise(const std::vector<Seen>& seen, const std::vector<int>& choice);
   void forget(const Scan& scan);
+  bool confirmed(const Seen& seen);
   bool looked_through(const Scan& scan, int id) const;
   void see(const GpsFix& fix);
+  void keep(const GpsFix& fix, std::size_t piece);
   void find_heading(const GpsFix& fix);
   Estimate estimate(Time time) const;
 
@@ -146,6 +154,7 @@ class EkfSlam {
   MotionInput motion_;
   localize::GpsPieces pieces_;
   std::vector<Known> known_;  ///< by the filter's number
+  std::vector<Guess> guesses_;
   std::vector<LandmarkObservation> observations_;
   std::vector<MotionInput::Motion> steps_;
   std::vector<FixObservation> fixes_;

@@ -5,8 +5,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <cstdio>
 #include <map>
 
 #include "majak/graph/marginals.hpp"
@@ -40,7 +38,8 @@ class Problem {
   // Poses by the graph, what the wheels count wrongly and the antenna by least squares, in turn.
   void solve() {
     build();
-    graph::Optimizer optimizer({.max_iterations = 30, .start = graph::Start::given, .robust = getenv("RK")?static_cast<graph::Robust>(atoi(getenv("RK"))):graph::Robust::dcs_truncated});
+    graph::Optimizer optimizer(
+        {.max_iterations = 30, .start = graph::Start::given, .robust = graph::Robust::cauchy});
     for (int k = 0; k < options_.rounds; ++k) {
       const std::vector<Pose2> before = graph_.poses;
       set_measurements();
@@ -52,12 +51,6 @@ class Problem {
         moved = std::max(moved, (before[i].translation() - graph_.poses[i].translation()).norm());
       if (moved < kSettled) break;
     }
-    double ch[3]={0,0,0}, w=0; int n[3]={0,0,0}, low=0; for(size_t i=0;i<graph_.edges.size();++i){int t=graph_.edges[i].robust?1:(i<scans()-1?0:2); ch[t]+=summary_.edge_chi2[i]; n[t]++; low+=summary_.edge_weight[i]<0.5; }
-    if(getenv("SLIP")) for(size_t k=1;k<scans();++k){Vec3 r=graph::residual(graph_.poses[k-1],graph_.poses[k],graph_.edges[k-1].T_from_to); double c=r.dot(graph_.edges[k-1].information*r); if(c>8) fprintf(stderr,"SLIP t %.1f chi2 %.1f r %.3f %.3f %.4f step %.2f %.4f at %.1f %.1f\n",map_.localization.estimates[k].time/1e9,c,r.x(),r.y(),r.z(),map_.steps[k].T_from_to.x,map_.steps[k].T_from_to.theta,graph_.poses[k].x,graph_.poses[k].y);}
-    { double bb[12]={0},rb[12]={0},bs[12]={0}; int nb[12]={0}; double rr[10]={0},br[10]={0}; int nr[10]={0}; for(size_t i=0;i<map_.observations.size();++i){auto&o=map_.observations[i]; if(summary_.edge_weight[scans()-1+i]<0.7)continue; Vec2 L(3.78,0.5); Vec2 qp=graph_.poses[o.scan].inverse()*graph_.poses[landmark_node(o.landmark)].translation()-L, qm=o.q_robot-L; double dr=qm.norm()-qp.norm(), db=std::atan2(qm.y(),qm.x())-std::atan2(qp.y(),qp.x()); double be=std::atan2(qm.y(),qm.x())*57.3; int b=std::clamp(int((be+95)/190*12),0,11); bb[b]+=db;bs[b]+=db*db; rb[b]+=dr; nb[b]++; int r=std::clamp(int(qm.norm()/5),0,9); rr[r]+=dr; br[r]+=db; nr[r]++;} for(int b=0;b<12;++b) fprintf(stderr,"  curv bearing %.0f n %d: bearing err %.3f deg (rms %.3f) range err %.3f\n",-95+190./12*(b+.5),nb[b],bb[b]/nb[b]*57.3,std::sqrt(bs[b]/nb[b])*57.3,rb[b]/nb[b]); for(int b=0;b<10;++b) fprintf(stderr,"  curv range %d n %d: range err %.3f bearing %.3f\n",b*5,nr[b],rr[b]/nr[b],br[b]/nr[b]*57.3);}
-    { double ry[5]={0},rx[5]={0},rt[5]={0},dd[5]={0}; for(size_t k=1;k<scans();++k){Vec3 r=graph::residual(graph_.poses[k-1],graph_.poses[k],graph_.edges[k-1].T_from_to); double d=map_.steps[k].T_from_to.x, t=map_.steps[k].T_from_to.theta; if(d<0.05) continue; double cu=t/d; int b=cu<-0.1?0:cu<-0.03?1:cu<0.03?2:cu<0.1?3:4; ry[b]+=r.y();rx[b]+=r.x();rt[b]+=r.z();dd[b]+=d;} for(int b=0;b<5;++b) fprintf(stderr,"  curv %d way %.0f crab %.3f deg  scale %.4f turn %.5f rad/m\n",b,dd[b],ry[b]/dd[b]*57.3,rx[b]/dd[b],rt[b]/dd[b]);}
-    { double c[3]={0,0,0},ct[2]={0,0}; int nn=0,nt[2]={0,0}; for(size_t k=1;k<scans();++k){Vec3 r=graph::residual(graph_.poses[k-1],graph_.poses[k],graph_.edges[k-1].T_from_to); if(map_.steps[k].T_from_to.x<0.05) continue; nn++; for(int j=0;j<3;++j) c[j]+=r(j)*r(j)/map_.steps[k].noise(j,j); int t=std::abs(map_.steps[k].T_from_to.theta)>0.03; nt[t]++; ct[t]+=r(2)*r(2)/map_.steps[k].noise(2,2);} fprintf(stderr,"along %.3f across %.3f turn %.3f (straight %.3f %d curve %.3f %d)\n",c[0]/nn,c[1]/nn,c[2]/nn,ct[0]/nt[0],nt[0],ct[1]/nt[1],nt[1]);}
-    fprintf(stderr,"chi2 wheels %.1f/%d landmarks %.1f/%d gps %.1f/%d low %d iters %d conv %d\n",ch[0],n[0],ch[1],n[1],ch[2],n[2],low,summary_.iterations,summary_.converged);
     store();
   }
 
@@ -98,15 +91,24 @@ class Problem {
       auto [piece, fresh] = pieces.try_emplace(f.piece, 0);
       if (fresh) {
         piece->second = place(Vec2::Zero());
-        graph_.edges.push_back({earth, piece->second, {},
-                                of_place(slow * Eigen::Matrix2d::Identity(), kUpright), false});
+        graph_.edges.push_back({earth,
+                                piece->second,
+                                {},
+                                of_place(slow * Eigen::Matrix2d::Identity(), kUpright),
+                                false});
       }
       const int antenna = place(f.z);
-      graph_.edges.push_back({piece->second, antenna, {f.z.x(), f.z.y(), 0},
-                              of_place(fast * Eigen::Matrix2d::Identity(), kUpright), false});
+      graph_.edges.push_back({piece->second,
+                              antenna,
+                              {f.z.x(), f.z.y(), 0},
+                              of_place(fast * Eigen::Matrix2d::Identity(), kUpright),
+                              false});
       antenna_edges_.push_back(graph_.edges.size());
-      graph_.edges.push_back({static_cast<int>(f.scan), antenna, {},
-                              of_place(1e4 * Eigen::Matrix2d::Identity(), kAny), false});
+      graph_.edges.push_back({static_cast<int>(f.scan),
+                              antenna,
+                              {},
+                              of_place(1e4 * Eigen::Matrix2d::Identity(), kAny),
+                              false});
     }
   }
 
@@ -132,8 +134,8 @@ class Problem {
     Numbers right = precision.cwiseProduct(nominal - numbers_.head<MotionInput::kNumbers>());
     for (std::size_t k = 1; k < scans(); ++k) {
       const auto by = map_.steps[k].by_extra.leftCols<MotionInput::kNumbers>();
-      const Vec3 left = graph::residual(graph_.poses[k - 1], graph_.poses[k],
-                                        graph_.edges[k - 1].T_from_to);
+      const Vec3 left =
+          graph::residual(graph_.poses[k - 1], graph_.poses[k], graph_.edges[k - 1].T_from_to);
       const Mat3& information = graph_.edges[k - 1].information;
       normal += by.transpose() * information * by;
       right += by.transpose() * information * left;
@@ -148,8 +150,7 @@ class Problem {
       const graph::Edge& edge = graph_.edges[antenna_edges_[i]];
       const Pose2 T_map_robot =
           graph_.poses[static_cast<std::size_t>(edge.from)] * map_.fixes[i].T_scan_robot;
-      sum += T_map_robot.inverse() *
-             graph_.poses[static_cast<std::size_t>(edge.to)].translation();
+      sum += T_map_robot.inverse() * graph_.poses[static_cast<std::size_t>(edge.to)].translation();
     }
     numbers_.segment<2>(kAntenna) = sum / static_cast<double>(antenna_edges_.size());
   }
@@ -199,7 +200,8 @@ bool merge(LandmarkMap& map, const LandmarkGraphOptions& options) {
       k.sightings += l.sightings;
     }
   }
-  for (LandmarkObservation& o : map.observations) o.landmark = now[static_cast<std::size_t>(o.landmark)];
+  for (LandmarkObservation& o : map.observations)
+    o.landmark = now[static_cast<std::size_t>(o.landmark)];
   map.landmarks = std::move(kept);
   return map.landmarks.size() < n;
 }

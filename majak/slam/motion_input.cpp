@@ -18,8 +18,8 @@ MotionInput::Motion MotionInput::counted_right() {
   return motion;
 }
 
-MotionInput::MotionInput(const motion::WheelRandom& random, double wheelbase, double idle)
-    : random_(random), wheelbase_(wheelbase), idle_(idle), pending_(counted_right()) {}
+MotionInput::MotionInput(const motion::WheelRandom& random, double wheelbase)
+    : random_(random), wheelbase_(wheelbase), pending_(counted_right()) {}
 
 void MotionInput::roll(const motion::WheelStep& wheels) {
   Motion step;
@@ -44,8 +44,6 @@ void MotionInput::go_on(Time time) {
     const Vec3 step = std::clamp(kLongest - known, 0.0, seconds) * twist_;
     T_odom_now_ = T_odom_now_ * exp(step);
     roll(motion::wheel_step(step));
-  } else {
-    pending_.noise.diagonal().array() += idle_ * idle_ * seconds;
   }
   clock_ = begun_ ? std::max(clock_, time) : time;
   begun_ = true;

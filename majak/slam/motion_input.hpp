@@ -23,8 +23,8 @@ class MotionInput {
   /// No motion, with scales of one and no offsets.
   static Motion counted_right();
 
-  /// `idle`: m per sqrt(s), where nothing tells of the motion; rad as well.
-  MotionInput(const motion::WheelRandom& random, double wheelbase, double idle);
+  /// Until the wheels tell something the robot stands still.
+  MotionInput(const motion::WheelRandom& random, double wheelbase);
 
   void add(const WheelMotion& wheels);
   void add(const Odometry& odometry);
@@ -43,7 +43,7 @@ class MotionInput {
   void go_on(Time time);
 
   motion::WheelRandom random_;
-  double wheelbase_, idle_;
+  double wheelbase_;
   Motion pending_;
   std::optional<WheelMotion> wheels_;
   std::optional<Odometry> odometry_;
