@@ -22,6 +22,12 @@ localize::PlacePtr place_of(const LocalizeOptions& o, const char* method) {
   return o.place;
 }
 
+slam::EkfSlamOptions ekf_options(const LocalizeOptions& o) {
+  slam::EkfSlamOptions options = o.ekf_slam;
+  if (o.drive.wheelbase > 0) options.wheelbase = o.drive.wheelbase;
+  return options;
+}
+
 const Method kMethods[] = {
     {"dead-reckoning", "dead reckoning, p. 15", "odometry, or wheel speed and steering",
      "trajectory with growing covariance",
@@ -78,6 +84,15 @@ const Method kMethods[] = {
        return localize::markov(place_of(o, "markov"), o.markov, o.plausibility, o.clock);
      },
      true, false},
+    {"ekf-slam", "simultaneous localization and mapping, p. 34",
+     "scans that show trunks or poles; odometry, or wheel speed and steering; satellite fixes help",
+     "trajectory with covariance as known at each time, what the wheels count wrongly",
+     [](const LocalizeOptions& o) { return slam::ekf_slam(ekf_options(o), o.start); }},
+    {"landmark-graph", "simultaneous localization and mapping, p. 34", "the same",
+     "the same, all poses at once at the end",
+     [](const LocalizeOptions& o) {
+       return slam::landmark_graph(ekf_options(o), o.landmark_graph, o.start);
+     }},
 };
 
 }  // namespace
@@ -93,6 +108,8 @@ void describe(OptionFields& fields, LocalizeOptions& o) {
   localize::describe(fields, o.find);
   localize::describe(fields, o.monte_carlo);
   localize::describe(fields, o.markov);
+  slam::describe(fields, o.ekf_slam);
+  slam::describe(fields, o.landmark_graph);
   localize::describe(fields, o.plausibility);
   fields.add("reflectors.threshold", o.reflectors.threshold,
              {"raw units", "least intensity of a reflector; 0: from the scan itself", 0, 1e9});

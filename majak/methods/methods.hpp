@@ -18,6 +18,8 @@
 #include "majak/localize/place.hpp"
 #include "majak/localize/tracking.hpp"
 #include "majak/motion/drive_correction.hpp"
+#include "majak/slam/ekf_slam.hpp"
+#include "majak/slam/landmark_graph.hpp"
 
 namespace majak::methods {
 
@@ -31,6 +33,8 @@ struct LocalizeOptions {
   localize::FindOptions find;
   localize::MonteCarloOptions monte_carlo;
   localize::MarkovOptions markov;
+  slam::EkfSlamOptions ekf_slam;
+  slam::LandmarkGraphOptions landmark_graph;
   localize::PlausibilityOptions plausibility;
   std::function<double()> clock;  ///< s; the parts of the work are timed by it where it is given
   beacon::ReflectorOptions reflectors;

@@ -61,6 +61,7 @@ struct EkfSlamOptions {
   double find_heading = 20;      ///< m between fixes before the heading is taken from them
   localize::GpsPiecesOptions pieces;
 };
+void describe(OptionFields& fields, EkfSlamOptions& options);
 
 /// A landmark of the finished map.
 struct MappedLandmark {
@@ -168,5 +169,8 @@ class EkfSlam {
   bool begun_ = false, oriented_ = false;
   std::vector<Vec2> driven_, fixed_;  ///< until the heading is known
 };
+
+/// As the registry wants it: the path, without the map.
+localize::Localizer ekf_slam(const EkfSlamOptions& options, const Pose2& start);
 
 }  // namespace majak::slam

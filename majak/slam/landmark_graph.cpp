@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 
 #include "majak/graph/marginals.hpp"
 #include "majak/graph/optimize.hpp"
@@ -31,7 +32,8 @@ Mat3 of_place(const Eigen::Matrix2d& information, double heading) {
 // errs, and where the antenna was at each fix. Places are poses whose heading nothing depends on.
 class Problem {
  public:
-  Problem(LandmarkMap& map, const LandmarkGraphOptions& options) : map_(map), options_(options) {
+  Problem(LandmarkMap& map, const EkfSlamOptions& ekf, const LandmarkGraphOptions& options)
+      : map_(map), ekf_(ekf), options_(options) {
     numbers_ = map.numbers;
   }
 
@@ -83,8 +85,8 @@ class Problem {
 
   void build_fixes() {
     if (map_.fixes.empty()) return;
-    const double slow = 1 / (options_.gps_sigma * options_.gps_sigma);
-    const double fast = 1 / (options_.gps_fast_sigma * options_.gps_fast_sigma);
+    const double slow = 1 / (ekf_.gps_sigma * ekf_.gps_sigma);
+    const double fast = 1 / (ekf_.gps_fast_sigma * ekf_.gps_fast_sigma);
     const int earth = graph_.fixed = place(Vec2::Zero());
     std::map<std::size_t, int> pieces;
     for (const FixObservation& f : map_.fixes) {
@@ -127,8 +129,8 @@ class Problem {
     using Normal = Eigen::Matrix<double, MotionInput::kNumbers, MotionInput::kNumbers>;
     using Numbers = Eigen::Matrix<double, MotionInput::kNumbers, 1>;
     Numbers nominal = MotionInput::counted_right().at.head<MotionInput::kNumbers>(), sigma;
-    sigma << options_.scale_sigma, options_.turn_scale_sigma, options_.turn_offset_sigma,
-        options_.steering_curve_sigma, options_.steering_square_sigma, options_.crab_sigma;
+    sigma << ekf_.scale_sigma, ekf_.turn_scale_sigma, ekf_.turn_offset_sigma,
+        ekf_.steering_curve_sigma, ekf_.steering_square_sigma, ekf_.crab_sigma;
     Numbers precision = sigma.cwiseAbs2().cwiseInverse();
     Normal normal = precision.asDiagonal();
     Numbers right = precision.cwiseProduct(nominal - numbers_.head<MotionInput::kNumbers>());
@@ -170,6 +172,7 @@ class Problem {
   }
 
   LandmarkMap& map_;
+  const EkfSlamOptions& ekf_;
   const LandmarkGraphOptions& options_;
   graph::PoseGraph graph_;
   graph::Summary summary_;
@@ -208,11 +211,28 @@ bool merge(LandmarkMap& map, const LandmarkGraphOptions& options) {
 
 }  // namespace
 
-LandmarkMap optimize_landmarks(LandmarkMap seen, const LandmarkGraphOptions& options) {
+LandmarkMap optimize_landmarks(LandmarkMap seen, const EkfSlamOptions& ekf,
+                               const LandmarkGraphOptions& options) {
   if (seen.localization.estimates.empty()) return seen;
-  Problem(seen, options).solve();
-  while (merge(seen, options)) Problem(seen, options).solve();
+  Problem(seen, ekf, options).solve();
+  while (merge(seen, options)) Problem(seen, ekf, options).solve();
   return seen;
+}
+
+localize::Localizer landmark_graph(const EkfSlamOptions& ekf, const LandmarkGraphOptions& options,
+                                   const Pose2& start) {
+  const auto method = std::make_shared<EkfSlam>(ekf, start);
+  return {[method](const Event& event) { return method->add(event); },
+          [method, ekf, options] {
+            return optimize_landmarks(method->finish(), ekf, options).localization;
+          }};
+}
+
+void describe(OptionFields& f, LandmarkGraphOptions& o) {
+  f.add("landmark_graph.rounds", o.rounds,
+        {"1", "of learning what the wheels count wrongly", 1, 1000});
+  f.add("landmark_graph.merge_distance", o.merge_distance,
+        {"m", "between landmarks that are one", 0, 100});
 }
 
 }  // namespace majak::slam
