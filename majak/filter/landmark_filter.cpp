@@ -35,13 +35,14 @@ LandmarkFilter::LandmarkFilter(const Pose2& T_map_robot, const Extra& extra, con
 // x' = x * T(extra), extra' = keep .* extra.
 void LandmarkFilter::predict(const RelativeInput<kExtra>& motion) {
   const PoseState<kExtra> to = motion.apply({T_map_robot_, extra_});
+  const Vec3 beside = motion.by_extra * (extra_ - motion.at);
   Mat3 turn = Mat3::Identity(), swing = Mat3::Identity();
   turn.topLeftCorner<2, 2>() = rotation(to.T_map_robot.theta);
   swing(0, 2) = -(to.T_map_robot.y - T_map_robot_.y);
   swing(1, 2) = to.T_map_robot.x - T_map_robot_.x;
   Body f = Body::Zero(), q = Body::Zero();
   f.topLeftCorner<3, 3>() = swing;
-  f.topRightCorner<3, kExtra>() = turn * motion.by_extra;
+  f.topRightCorner<3, kExtra>() = turn * right_jacobian(beside) * motion.by_extra;
   f.bottomRightCorner<kExtra, kExtra>().diagonal() = motion.keep;
   q.topLeftCorner<3, 3>() = turn * motion.noise * turn.transpose();
   q.bottomRightCorner<kExtra, kExtra>().diagonal() = motion.extra_noise;
