@@ -50,6 +50,7 @@ void MotionInput::go_on(Time time) {
 }
 
 void MotionInput::add(const WheelMotion& wheels) {
+  if (odometry_) return;
   go_on(wheels.time);
   wheels_ = wheels;
   const double turn = wheels.speed * std::tan(wheels.steering) / wheelbase_;
@@ -57,7 +58,7 @@ void MotionInput::add(const WheelMotion& wheels) {
 }
 
 void MotionInput::add(const Odometry& odometry) {
-  if (odometry_ && odometry.time <= odometry_->time) return;
+  if (wheels_ || (odometry_ && odometry.time <= odometry_->time)) return;
   if (odometry_) {
     roll(motion::wheel_step(log(between(T_odom_now_, odometry.T_odom_robot))));
     twist_ = log(between(odometry_->T_odom_robot, odometry.T_odom_robot)) /
@@ -65,7 +66,7 @@ void MotionInput::add(const Odometry& odometry) {
   }
   odometry_ = odometry;
   T_odom_now_ = odometry.T_odom_robot;
-  clock_ = begun_ ? std::max(clock_, odometry.time) : odometry.time;
+  clock_ = odometry.time;  // back from where it was guessed to be, if it comes late
   begun_ = true;
 }
 

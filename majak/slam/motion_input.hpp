@@ -26,6 +26,7 @@ class MotionInput {
   /// Until the wheels tell something the robot stands still.
   MotionInput(const motion::WheelRandom& random, double wheelbase);
 
+  /// Of a log that has both kinds the first to come counts.
   void add(const WheelMotion& wheels);
   void add(const Odometry& odometry);
 
