@@ -301,7 +301,12 @@ void EkfSlam::see(const GpsFix& fix) {
   }
   const Vec2 slow = filter_.extra().segment<2>(kSlow);
   const Vec2 residual = Vec2(fix.east, fix.north) - (at * antenna + slow);
-  const Eigen::Matrix2d noise = fast * Eigen::Matrix2d::Identity();
+  // Where both heading and antenna are hardly known, their product is no small number: the second
+  // order of the turned antenna counts as noise.
+  const Eigen::MatrixXd& known = filter_.covariance();
+  const double bent = known(2, 2) * (known.block<2, 2>(3 + kAntenna, 3 + kAntenna).trace() +
+                                     0.5 * known(2, 2) * antenna.squaredNorm());
+  const Eigen::Matrix2d noise = (fast + bent) * Eigen::Matrix2d::Identity();
   const Eigen::Matrix2d s = by_state * filter_.covariance() * by_state.transpose() + noise;
   const double nis = residual.dot(s.inverse() * residual);
   // Beyond the gate it counts as measured that much worse: it may be right, and the filter too
