@@ -333,7 +333,9 @@ void EkfSlam::find_heading(const GpsFix& fix) {
   for (const Vec2& p : driven_) widest = std::max(widest, (p - driven_.front()).norm());
   if (widest < options_.find_heading) return;
   const double place = std::hypot(options_.gps_sigma, options_.antenna_sigma);
-  const double turn = 2 * place / widest;
+  // The antenna swings by what the way bends, half a radian. More would be safe in a linear world:
+  // here a wide heading that is then corrected is taken for knowledge of it.
+  const double turn = 0.5 * place / widest;
   const Pose2 T_new_old = rigid_fit(driven_, fixed_);
   filter_.move_map(T_new_old, Vec3(place, place, turn).cwiseAbs2().asDiagonal());
   for (Estimate& e : estimates_) e.T_map_robot = T_new_old * e.T_map_robot;
