@@ -29,14 +29,13 @@ constexpr const char* kHelp =
     "  majak figure 5 my.log -o out  the same from your own log, into the folder out\n";
 
 struct FigureCommand {
-  int number = 0;
-  std::string log, output = ".";
+  std::string name, log, output = ".";
   io::SourceOptions source;
 };
 
 void list_figures() {
   for (const draw::ThesisFigure& f : draw::thesis_figures())
-    fmt::print("{:>3}  {}{}\n", f.number, f.shows, f.takes_log ? " [also of a LOG]" : "");
+    fmt::print("{:>3}  {}{}\n", f.name, f.shows, f.takes_log ? " [also of a LOG]" : "");
 }
 
 /// Without the scans' beams, which no figure of a path needs.
@@ -52,14 +51,14 @@ std::vector<Event> events_of(const FigureCommand& o) {
 }
 
 void run_figure(const FigureCommand& o) {
-  if (o.number == 0) return list_figures();
-  const draw::ThesisFigure& figure = draw::thesis_figure(o.number);
+  if (o.name.empty()) return list_figures();
+  const draw::ThesisFigure& figure = draw::thesis_figure(o.name);
   if (!o.log.empty() && !figure.takes_log)
-    throw Error(fmt::format("figure {} is not drawn from a log; leave {} out", o.number, o.log));
+    throw Error(fmt::format("figure {} is not drawn from a log; leave {} out", o.name, o.log));
   const auto events = o.log.empty() ? std::vector<Event>{} : events_of(o);
   const fs::path folder = o.output;
   make_folder(folder);
-  const std::string name = fmt::format("figure{}", o.number);
+  const std::string name = "figure" + o.name;
   write_figure(folder, name, figure.make(events));
   fmt::print("{}, {}\n", (folder / (name + ".svg")).string(), (folder / (name + ".png")).string());
 }
@@ -69,7 +68,7 @@ void run_figure(const FigureCommand& o) {
 void add_figure(CLI::App& app) {
   auto o = std::make_shared<FigureCommand>();
   CLI::App* command = app.add_subcommand("figure", kHelp);
-  command->add_option("N", o->number, "number of the figure; without it they are listed");
+  command->add_option("N", o->name, "number of the figure; without it they are listed");
   command->add_option("LOG", o->log, "a log of any kind, for figures of a path");
   add_log_options(*command, o->source);
   command->add_option("-o,--output", o->output, "folder for the files (default: this one)");

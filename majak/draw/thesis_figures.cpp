@@ -10,46 +10,45 @@ namespace majak::draw {
 namespace {
 
 const ThesisFigure kFigures[] = {
-    {2, "Ackermann: all wheels turn about one point on the line of the fixed axle", false,
+    {"2", "Ackermann: all wheels turn about one point on the line of the fixed axle", false,
      figure_ackermann},
-    {3, "differential drive: straight, arc, spin", false, figure_differential},
-    {4, "omnidirectional drive: three wheels, and a motion that no other can make", false,
+    {"3", "differential drive: straight, arc, spin", false, figure_differential},
+    {"4", "omnidirectional drive: three wheels, and a motion that no other can make", false,
      figure_omnidirectional},
-    {5, "dead reckoning: its ellipses along a path, and robots that drove it", true,
+    {"5", "dead reckoning: its ellipses along a path, and robots that drove it", true,
      figure_dead_reckoning},
-    {6, "trilateration: two circles meet in two places; a third decides", false,
+    {"6", "trilateration: two circles meet in two places; a third decides", false,
      figure_trilateration},
-    {7, "triangulation, and its error over the plane with the danger circle", false,
+    {"7", "triangulation, and its error over the plane with the danger circle", false,
      figure_triangulation},
-    {8, "Kalman filter: prediction by wheels, correction by fixes, and the gain of one number",
+    {"8", "Kalman filter: prediction by wheels, correction by fixes, and the gain of one number",
      false, figure_kalman},
-    {9, "Monte Carlo localization: particles anywhere, after the first scan, after 15", false,
+    {"9", "Monte Carlo localization: particles anywhere, after the first scan, after 15", false,
      figure_monte_carlo},
-    {10, "Markov localization in a corridor: sees a door, moves, sees a door again", false,
+    {"10", "Markov localization in a corridor: sees a door, moves, sees a door again", false,
      figure_markov},
-    {12, "time of flight: the mirror turns, pulses come back, the contour grows", true,
+    {"12", "time of flight: the mirror turns, pulses come back, the contour grows", true,
      figure_mirror},
-    {13, "odometry of a mis-measured robot: true and believed trajectory, error by distance", true,
-     figure_drift},
-    {14, "a large ring: scan by scan its ends do not meet; with its loop closed they do", false,
+    {"13", "odometry of a mis-measured robot: true and believed trajectory, error by distance",
+     true, figure_drift},
+    {"14", "a large ring: scan by scan its ends do not meet; with its loop closed they do", false,
      figure_ring},
-    {15, "SLAM: scans and motions go in, the path and the map come out together", false,
+    {"15", "SLAM: scans and motions go in, the path and the map come out together", false,
      figure_slam},
-    {17, "an office building mapped by matching alone, beside the truth", false, figure_office},
+    {"17", "an office building mapped by matching alone, beside the truth", false, figure_office},
 };
 
 }  // namespace
 
 std::span<const ThesisFigure> thesis_figures() { return kFigures; }
 
-const ThesisFigure& thesis_figure(int number) {
+const ThesisFigure& thesis_figure(std::string_view name) {
   const auto found = std::find_if(std::begin(kFigures), std::end(kFigures),
-                                  [&](const ThesisFigure& f) { return f.number == number; });
+                                  [&](const ThesisFigure& f) { return name == f.name; });
   if (found != std::end(kFigures)) return *found;
-  std::string numbers;
-  for (const ThesisFigure& f : kFigures)
-    numbers += (numbers.empty() ? "" : ", ") + std::to_string(f.number);
-  throw Error("no figure " + std::to_string(number) + "; there are: " + numbers);
+  std::string names;
+  for (const ThesisFigure& f : kFigures) names += (names.empty() ? "" : ", ") + std::string(f.name);
+  throw Error("no figure " + std::string(name) + "; there are: " + names);
 }
 
 }  // namespace majak::draw

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <span>
-#include <string>
+#include <string_view>
 #include <vector>
 
 #include "majak/core/event.hpp"
@@ -12,7 +12,7 @@
 namespace majak::draw {
 
 struct ThesisFigure {
-  int number;
+  const char* name;  ///< its number; where the thesis uses one twice, a letter tells which
   const char* shows;
   bool takes_log;  ///< can also be drawn from the events of a log
   /// `events`: of a log, in its order; empty: the built-in example.
@@ -22,8 +22,8 @@ struct ThesisFigure {
 /// By number.
 std::span<const ThesisFigure> thesis_figures();
 
-/// Throws Error that lists the numbers there are.
-const ThesisFigure& thesis_figure(int number);
+/// "5", "22b"; throws Error that lists the names there are.
+const ThesisFigure& thesis_figure(std::string_view name);
 
 Figure figure_ackermann(const std::vector<Event>& events);        // 2
 Figure figure_differential(const std::vector<Event>& events);     // 3

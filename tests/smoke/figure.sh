@@ -5,7 +5,7 @@ simulate
 cd "$work" || exit 1
 
 ok "$majak" figure
-numbers=$(sed -n 's/^ *\([0-9]\+\)  .*/\1/p' out)
+numbers=$(sed -n 's/^ *\([0-9]\+[a-z]\?\)  .*/\1/p' out)
 [ -n "$numbers" ] || fail "no figures are listed"
 for n in $numbers; do
   ok "$majak" figure "$n" -o a
