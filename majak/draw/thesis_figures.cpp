@@ -35,7 +35,11 @@ const ThesisFigure kFigures[] = {
      figure_ring},
     {"15", "SLAM: scans and motions go in, the path and the map come out together", false,
      figure_slam},
+    {"16", "EKF-SLAM under water: ellipses of fourteen features shrink as the loop closes", false,
+     figure_sonar},
     {"17", "an office building mapped by matching alone, beside the truth", false, figure_office},
+    {"22b", "the demonstration in a park: route and trunks, true and as seen; errors over range",
+     false, figure_park},
 };
 
 }  // namespace
