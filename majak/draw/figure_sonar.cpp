@@ -15,7 +15,7 @@
 namespace majak::draw {
 namespace {
 
-constexpr std::uint64_t kSeed = 16;
+constexpr std::uint64_t kSeed = 1;
 constexpr int kAfter = 30;  // steps shown after the loop has closed
 const Colour kFeature = ink::blue, kTruth = ink::red, kEstimate = ink::green, kSonar = ink::orange;
 
