@@ -11,15 +11,15 @@
 namespace majak::beacon {
 
 struct TrunkOptions {
-  double max_range = 45;      ///< m
-  double min_range = 1;       ///< m
-  double max_diameter = 1.0;  ///< m
-  double gap = 0.3;           ///< m, between the ranges of neighbouring beams on one trunk
-  double clearance = 1.0;     ///< m, by which everything beside it must be farther
-  double lone = 2.0;          ///< m, within which nothing else may be seen: no hedge, no crowd
-  int least_beams = 2;        ///< that see it
-  double spot = 0;  ///< rad, by which the beam's width makes it look wider; real logs say none
-  double range_sigma = 0.03;   ///< m, of the range to the bark
+  double max_range = 45;       ///< m
+  double min_range = 1;        ///< m
+  double max_diameter = 1.0;   ///< m
+  double gap = 0.3;            ///< m, between the ranges of neighbouring beams on one trunk
+  double clearance = 1.0;      ///< m, by which everything beside it must be farther
+  double lone = 1.2;           ///< m, within which nothing else may be seen: no hedge, no crowd
+  int least_beams = 2;         ///< that see it
+  double spot = 0.003;         ///< rad, by which the beam's width makes it look wider
+  double range_sigma = 0.05;   ///< m, of the range to the bark
   double bearing_sigma = 0.3;  ///< of an angle step
 };
 

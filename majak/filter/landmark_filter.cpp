@@ -80,22 +80,20 @@ void LandmarkFilter::add_to_mean(const VectorXd& d) {
         d.segment<2>(kBody + 2 * static_cast<Eigen::Index>(i));
 }
 
-int LandmarkFilter::add(const Vec2& q_robot, const Eigen::Matrix2d& noise,
-                        const ByExtra& by_extra) {
+int LandmarkFilter::add(const Vec2& q_robot, const Eigen::Matrix2d& noise) {
   const Eigen::Matrix2d turn = rotation(T_map_robot_.theta);
   const Vec2 way = turn * q_robot;
-  Eigen::Matrix<double, 2, kBody> by_body;
-  by_body.leftCols<3>() << 1, 0, -way.y(), 0, 1, way.x();
-  by_body.rightCols<kExtra>() = turn * by_extra;
+  Eigen::Matrix<double, 2, 3> by_pose;
+  by_pose << 1, 0, -way.y(), 0, 1, way.x();
   const Eigen::Index n = near_covariance_.rows();
   near_covariance_.conservativeResize(n + 2, n + 2);
-  near_covariance_.bottomLeftCorner(2, n) = by_body * near_covariance_.topLeftCorner(kBody, n);
+  near_covariance_.bottomLeftCorner(2, n) = by_pose * near_covariance_.topLeftCorner(3, n);
   near_covariance_.topRightCorner(n, 2) = near_covariance_.bottomLeftCorner(2, n).transpose();
   near_covariance_.bottomRightCorner<2, 2>() =
-      by_body * near_covariance_.topLeftCorner<kBody, kBody>() * by_body.transpose() +
+      by_pose * near_covariance_.topLeftCorner<3, 3>() * by_pose.transpose() +
       turn * noise * turn.transpose();
   carried_.conservativeResize(n + 2, carried_.cols());
-  carried_.bottomRows<2>() = by_body * carried_.topRows<kBody>();
+  carried_.bottomRows<2>() = by_pose * carried_.topRows<3>();
   const int id = static_cast<int>(landmarks_.size());
   landmarks_.push_back(T_map_robot_ * q_robot);
   columns_.push_back(static_cast<int>(n));

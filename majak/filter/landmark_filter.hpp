@@ -17,7 +17,6 @@ class LandmarkFilter {
  public:
   static constexpr int kExtra = 11;         ///< numbers beside the pose
   static constexpr int kBody = 3 + kExtra;  ///< numbers before the landmarks'
-  using ByExtra = Eigen::Matrix<double, 2, kExtra>;
   using Extra = Eigen::Matrix<double, kExtra, 1>;
   using Body = Eigen::Matrix<double, kBody, kBody>;
 
@@ -42,10 +41,8 @@ class LandmarkFilter {
   double correct(const Eigen::VectorXd& residual, const Eigen::MatrixXd& by_state,
                  const Eigen::MatrixXd& noise);
 
-  /// A new landmark at q in the robot's frame, that depends on the extra numbers by `by_extra`;
-  /// `noise` of q. Returns its number; it is near.
-  int add(const Vec2& q_robot, const Eigen::Matrix2d& noise,
-          const ByExtra& by_extra = ByExtra::Zero());
+  /// A new landmark at q in the robot's frame; `noise` of q. Returns its number; it is near.
+  int add(const Vec2& q_robot, const Eigen::Matrix2d& noise);
   /// Forgets one that is near.
   void remove(int id);
 

@@ -18,10 +18,10 @@ using filter::LandmarkFilter;
 using motion::WheelStep;
 
 constexpr int kBody = LandmarkFilter::kBody;
-// Among the extra numbers: the axle's direction, the laser's lag, the antenna, and how the
+// Among the extra numbers: the axle's direction, the wheels' lag, the antenna, and how the
 // satellites err now.
-constexpr int kCrab = MotionInput::kCrab, kLag = kCrab + 1, kAntenna = kLag + 1,
-              kSlow = kAntenna + 2;
+constexpr int kCrab = MotionInput::kCrab, kLag = MotionInput::kLag,
+              kAntenna = MotionInput::kNumbers, kSlow = kAntenna + 2;
 constexpr double kSightings = 20;  // that the mean diameter remembers
 constexpr double kThrough = 0.7;   // m behind a landmark where a beam ends that went through it
 constexpr double kForgotten = 1;   // s after which a guess that is not seen again is dropped
@@ -52,7 +52,7 @@ LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {
 EkfSlam::EkfSlam(const EkfSlamOptions& options, const Pose2& start)
     : options_(options),
       filter_(beginning(options, start)),
-      motion_(options.wheels, options.wheelbase),
+      motion_(options.wheels, options.wheelbase, options.idle_noise),
       pieces_(options.pieces),
       since_scan_(MotionInput::counted_right()) {}
 
@@ -109,17 +109,14 @@ std::vector<EkfSlam::Seen> EkfSlam::look(const Scan& scan) const {
   for (const beacon::LandmarkSighting& s : beacon::find_trunks(scan, options_.trunks)) {
     const double late = 0.5 * (match::beam_time(scan, s.beam, options_.mirror_turn) +
                                match::beam_time(scan, s.beam + 1, options_.mirror_turn));
-    const Vec3& twist = motion_.twist();
-    const Pose2 T_robot_laser = exp((late + filter_.extra()(kLag)) * twist) * scan.T_robot_laser;
+    const Pose2 T_robot_laser = exp(late * motion_.twist()) * scan.T_robot_laser;
     const Vec2 q = T_robot_laser * s.p_laser();
-    filter::LandmarkFilter::ByExtra by_extra = filter::LandmarkFilter::ByExtra::Zero();
-    by_extra.col(kLag) << twist.x() - twist.z() * q.y(), twist.y() + twist.z() * q.x();
     const double across = s.range * s.bearing_sigma;
     const Eigen::Matrix2d turn = rotation(T_robot_laser.theta + s.bearing);
     Eigen::Matrix2d noise =
         turn * Vec2(s.range_sigma * s.range_sigma, across * across).asDiagonal() * turn.transpose();
     noise.diagonal().array() += options_.point_sigma * options_.point_sigma;
-    seen.push_back({q, noise, by_extra, s.diameter, s.diameter_sigma});
+    seen.push_back({q, noise, s.diameter, s.diameter_sigma});
   }
   return seen;
 }
@@ -133,7 +130,7 @@ Pairing EkfSlam::pair(const Seen& seen, int id) const {
   p.landmark = id;
   p.column = filter_.column(id);
   p.innovation = seen.q_robot - q;
-  p.by_body << -back, Vec2(q.y(), -q.x()), -seen.by_extra;
+  p.by_body.leftCols<3>() << -back, Vec2(q.y(), -q.x());
   p.by_landmark = back;
   p.spread = shared_spread(p, p, filter_.covariance()) + seen.noise;
   p.nis = p.innovation.dot(p.spread.inverse() * p.innovation);
@@ -199,8 +196,7 @@ void EkfSlam::correct(const std::vector<Seen>& seen,
                       std::min(kSightings, static_cast<double>(++known.sightings));
     known.missed = 0;
     known.last = clock_;
-    observations_.push_back({estimates_.size(), p.landmark, seen[s].q_robot, seen[s].noise,
-                             seen[s].by_extra, filter_.extra()});
+    observations_.push_back({estimates_.size(), p.landmark, seen[s].q_robot, seen[s].noise});
     row += 2;
   }
   const double nis = filter_.correct(residual, by_state, noise);
@@ -222,12 +218,12 @@ void EkfSlam::initialise(const std::vector<Seen>& seen, const std::vector<int>& 
     if (apart) fresh.push_back(s);
   }
   std::erase_if(guesses_, [&](const Guess& g) { return to_seconds(clock_ - g.last) > kForgotten; });
+  const bool first = known_.empty();  // where the map begins
   for (const std::size_t s : fresh) {
-    if (!confirmed(seen[s])) continue;
-    const int id = filter_.add(seen[s].q_robot, seen[s].noise, seen[s].by_extra);
-    known_.push_back({clock_, 0, 0, options_.confirmed, 0, seen[s].diameter, false});
-    observations_.push_back(
-        {estimates_.size(), id, seen[s].q_robot, seen[s].noise, seen[s].by_extra, filter_.extra()});
+    if (!first && !confirmed(seen[s])) continue;
+    const int id = filter_.add(seen[s].q_robot, seen[s].noise);
+    known_.push_back({clock_, 0, 0, 1, 0, seen[s].diameter, false});
+    observations_.push_back({estimates_.size(), id, seen[s].q_robot, seen[s].noise});
   }
 }
 
@@ -373,9 +369,7 @@ LandmarkMap EkfSlam::finish() {
   }
   for (LandmarkObservation o : observations_) {
     o.landmark = number[static_cast<std::size_t>(o.landmark)];
-    if (o.landmark < 0) continue;
-    o.q_robot += o.by_extra * (filter_.extra() - o.at);
-    map.observations.push_back(o);
+    if (o.landmark >= 0) map.observations.push_back(o);
   }
   map.localization.estimates = estimates_;
   map.steps = steps_;
@@ -392,7 +386,7 @@ LandmarkMap EkfSlam::finish() {
   tell("cube of the steering", "1/rad^2", WheelStep::kCurve);
   tell("square of the steering", "1/rad", WheelStep::kSquare);
   tell("drives to the left of ahead", "rad", kCrab);
-  tell("laser behind the wheels", "s", kLag);
+  tell("wheels behind the laser", "s", kLag);
   if (oriented_) {
     tell("antenna ahead", "m", kAntenna);
     tell("antenna to the left", "m", kAntenna + 1);
@@ -415,6 +409,8 @@ void describe(OptionFields& f, EkfSlamOptions& o) {
   f.add("ekf_slam.spin_noise", o.wheels.spin_noise,
         {"rad/sqrt(rad)", "wheels, heading by turn", 0, 10});
   f.add("ekf_slam.wheelbase", o.wheelbase, {"m", "of a car", 0.01, 100});
+  f.add("ekf_slam.idle_noise", o.idle_noise,
+        {"m/sqrt(s)", "until the wheels tell something; rad, too", 0, 100});
   f.add("ekf_slam.scale_sigma", o.scale_sigma, {"1", "how wrong the way may be counted", 0, 1});
   f.add("ekf_slam.turn_scale_sigma", o.turn_scale_sigma,
         {"1", "how wrong turns or steering may be counted", 0, 1});

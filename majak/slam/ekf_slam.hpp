@@ -26,6 +26,7 @@ namespace majak::slam {
 struct EkfSlamOptions {
   motion::WheelRandom wheels;
   double wheelbase = 2.83;  ///< m, of a car
+  double idle_noise = 1;    ///< m, rad per sqrt(s), until the wheels tell something
   // What the wheels count wrongly, one sigma.
   double scale_sigma = 0.03;
   double turn_scale_sigma = 0.05;
@@ -50,7 +51,7 @@ struct EkfSlamOptions {
   double look_around = 15;  ///< m driven between two looks around
 
   double crab_sigma = 0.02;  ///< rad, between the laser's and the axle's direction
-  double lag_sigma = 0.03;   ///< s, of the laser against the wheels
+  double lag_sigma = 0.05;   ///< s, of the wheels behind the laser
 
   bool use_gps = true;
   double gps_sigma = 0.35;       ///< m, of what errs alike in a piece
@@ -79,8 +80,6 @@ struct LandmarkObservation {
   int landmark = 0;                                 ///< index into the landmarks
   Vec2 q_robot = Vec2::Zero();                      ///< m, at the scan's stamp
   Eigen::Matrix2d noise = Eigen::Matrix2d::Zero();  ///< of it
-  filter::LandmarkFilter::ByExtra by_extra;         ///< of q, by the extra numbers, about `at`
-  filter::LandmarkFilter::Extra at;
 };
 
 /// A fix, as the graph wants it.
@@ -115,7 +114,6 @@ class EkfSlam {
   struct Seen {
     Vec2 q_robot;
     Eigen::Matrix2d noise;
-    filter::LandmarkFilter::ByExtra by_extra;
     double diameter, diameter_sigma;
   };
   struct Known {

@@ -16,7 +16,7 @@ namespace {
 
 using motion::WheelStep;
 
-constexpr int kAntenna = MotionInput::kNumbers + 1;
+constexpr int kAntenna = MotionInput::kNumbers;
 constexpr double kUpright = 1e6;   // information of a heading that is none
 constexpr double kAny = 1e-6;      // of one that does not matter
 constexpr double kSettled = 1e-3;  // m that the last round moved the farthest pose
@@ -130,7 +130,7 @@ class Problem {
     using Numbers = Eigen::Matrix<double, MotionInput::kNumbers, 1>;
     Numbers nominal = MotionInput::counted_right().at.head<MotionInput::kNumbers>(), sigma;
     sigma << ekf_.scale_sigma, ekf_.turn_scale_sigma, ekf_.turn_offset_sigma,
-        ekf_.steering_curve_sigma, ekf_.steering_square_sigma, ekf_.crab_sigma;
+        ekf_.steering_curve_sigma, ekf_.steering_square_sigma, ekf_.crab_sigma, ekf_.lag_sigma;
     Numbers precision = sigma.cwiseAbs2().cwiseInverse();
     Normal normal = precision.asDiagonal();
     Numbers right = precision.cwiseProduct(nominal - numbers_.head<MotionInput::kNumbers>());

@@ -18,15 +18,15 @@ MotionInput::Motion MotionInput::counted_right() {
   return motion;
 }
 
-MotionInput::MotionInput(const motion::WheelRandom& random, double wheelbase)
-    : random_(random), wheelbase_(wheelbase), pending_(counted_right()) {}
+MotionInput::MotionInput(const motion::WheelRandom& random, double wheelbase, double idle)
+    : random_(random), wheelbase_(wheelbase), idle_(idle), pending_(counted_right()) {}
 
 void MotionInput::roll(const motion::WheelStep& wheels) {
   Motion step;
   step.at = pending_.at;
   step.T_from_to = exp(wheels.twist);
   Eigen::Matrix<double, 3, kNumbers> by_numbers;
-  by_numbers << wheels.by_numbers, Vec3(-wheels.twist.y(), wheels.twist.x(), 0);
+  by_numbers << wheels.by_numbers, Vec3(-wheels.twist.y(), wheels.twist.x(), 0), Vec3::Zero();
   step.by_extra.leftCols<kNumbers>() = right_jacobian(wheels.twist) * by_numbers;
   step.noise.diagonal() = motion::step_variance(wheels.twist, random_);
   pending_.then(step);
@@ -44,6 +44,8 @@ void MotionInput::go_on(Time time) {
     const Vec3 step = std::clamp(kLongest - known, 0.0, seconds) * twist_;
     T_odom_now_ = T_odom_now_ * exp(step);
     roll(motion::wheel_step(step));
+  } else {
+    pending_.noise.diagonal().array() += idle_ * idle_ * seconds;
   }
   clock_ = begun_ ? std::max(clock_, time) : time;
   begun_ = true;
@@ -72,6 +74,9 @@ void MotionInput::add(const Odometry& odometry) {
 
 MotionInput::Motion MotionInput::take(Time time) {
   go_on(time);
+  // Of wheels that are late: exp(-lag v) T exp(lag v'), what they told of too late at either end.
+  pending_.by_extra.col(kLag) = twist_ - adjoint(pending_.T_from_to.inverse()) * taken_twist_;
+  taken_twist_ = twist_;
   return std::exchange(pending_, counted_right());
 }
 

@@ -14,17 +14,17 @@ namespace majak::slam {
 class MotionInput {
  public:
   static constexpr int kExtra = filter::LandmarkFilter::kExtra;
-  /// Among the extra numbers: those of the wheels, and by how much the robot drives to the left of
-  /// where its laser's mounting says ahead is, rad.
-  static constexpr int kCrab = motion::WheelStep::kNumbers;
-  static constexpr int kNumbers = kCrab + 1;
+  /// Among the extra numbers: those of the wheels; by how much the robot drives to the left of
+  /// where its laser's mounting says ahead is, rad; how late the wheels tell of it, s.
+  static constexpr int kCrab = motion::WheelStep::kNumbers, kLag = kCrab + 1;
+  static constexpr int kNumbers = kLag + 1;
   using Motion = filter::RelativeInput<kExtra>;
 
   /// No motion, with scales of one and no offsets.
   static Motion counted_right();
 
-  /// Until the wheels tell something the robot stands still.
-  MotionInput(const motion::WheelRandom& random, double wheelbase);
+  /// `idle`: m and rad per sqrt(s), until the wheels tell something.
+  MotionInput(const motion::WheelRandom& random, double wheelbase, double idle);
 
   /// Of a log that has both kinds the first to come counts.
   void add(const WheelMotion& wheels);
@@ -44,12 +44,12 @@ class MotionInput {
   void go_on(Time time);
 
   motion::WheelRandom random_;
-  double wheelbase_;
+  double wheelbase_, idle_;
   Motion pending_;
   std::optional<WheelMotion> wheels_;
   std::optional<Odometry> odometry_;
-  Pose2 T_odom_now_;  ///< where the odometry would be by now
-  Vec3 twist_ = Vec3::Zero();
+  Pose2 T_odom_now_;                                        ///< where the odometry would be by now
+  Vec3 twist_ = Vec3::Zero(), taken_twist_ = Vec3::Zero();  ///< now, and when taken last
   Time clock_ = 0;
   bool begun_ = false;
   double way_ = 0, turned_ = 0;

@@ -8,13 +8,16 @@
 namespace majak::motion {
 namespace {
 
-using Numbers = Eigen::Vector4d;  // scale, turn scale, turn offset, curve
+// Scale, turn scale, turn offset, cube and square of the steering.
+using Numbers = Eigen::Matrix<double, 5, 1>;
+const Numbers kRight = (Numbers() << 1, 1, 0, 0, 0).finished();
 
 // The car once more: what it does if its wheels count wrongly by these numbers.
 Vec3 car(const WheelMotion& wheels, double seconds, double wheelbase, const Numbers& n) {
   const double way = n(0) * wheels.speed * seconds;
   const double steered = n(1) * wheels.steering;
-  const double curve = n(3) * std::pow(wheels.steering, 3);
+  const double curve =
+      n(3) * std::pow(wheels.steering, 3) + n(4) * wheels.steering * wheels.steering;
   return {way, 0, way * (std::tan(steered) / wheelbase + n(2) + curve / wheelbase)};
 }
 
@@ -26,8 +29,8 @@ template <class Drive>
 WheelStep::Derivative slope(const Drive& drive) {
   constexpr double kStep = 1e-5;
   WheelStep::Derivative d;
-  for (int k = 0; k < 4; ++k) {
-    Numbers ahead(1, 1, 0, 0), back = ahead;
+  for (int k = 0; k < 5; ++k) {
+    Numbers ahead = kRight, back = ahead;
     ahead(k) += kStep, back(k) -= kStep;
     d.col(k) = (drive(ahead) - drive(back)) / (2 * kStep);
   }
@@ -41,7 +44,7 @@ TEST(WheelStep, OfACarIsItsTwistAndItsDerivatives) {
     const double seconds = random.uniform(0, 0.5), base = random.uniform(0.3, 4);
     const WheelStep step = wheel_step(wheels, seconds, base);
     const auto drive = [&](const Numbers& n) { return car(wheels, seconds, base, n); };
-    EXPECT_LT((step.twist - drive({1, 1, 0, 0})).norm(), 1e-15);
+    EXPECT_LT((step.twist - drive(kRight)).norm(), 1e-15);
     EXPECT_LT((step.by_numbers - slope(drive)).cwiseAbs().maxCoeff(), 1e-9);
   }
 }
