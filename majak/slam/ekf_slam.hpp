@@ -44,7 +44,7 @@ struct EkfSlamOptions {
   double least_apart = 1.0;  ///< m, nor nearer than this to any of them
   double recent = 4;         ///< s, after which a landmark that is seen again is doubted at first
   int witnesses = 3;  ///< such landmarks in one scan, or scans in a row with one, that are enough
-  int confirmed = 5;  ///< sightings before a landmark is more than a guess
+  int confirmed = 3;  ///< sightings before a landmark is more than a guess
   double guess_gate = 0.5;  ///< m, between these sightings
   int gone = 10;            ///< scans in a row that look through it, before it is given up
   double near = 75;         ///< m, what is kept up to date

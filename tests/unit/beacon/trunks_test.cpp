@@ -126,7 +126,7 @@ TEST(Trunks, PolesOfAnAsciiRoomAndNotItsWalls) {
       "####################",
   });
   const Scan scan = room.scan(room.pose('a', kPi / 2), {.beams = 721});
-  const auto nearer = find_trunks(scan, {.clearance = 0.3, .spot = 0});
+  const auto nearer = find_trunks(scan, {.clearance = 0.3, .lone = 0.3, .spot = 0});
   ASSERT_EQ(nearer.size(), 2u);
   EXPECT_NEAR(nearer[0].p_laser().x(), 1.5, 0.02);
   EXPECT_NEAR(nearer[0].p_laser().y(), -1.5, 0.02);

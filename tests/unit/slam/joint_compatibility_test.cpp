@@ -181,7 +181,8 @@ Problem rotated(double turn) {
   Problem p;
   p.mean = Eigen::VectorXd::Zero(kBody + 6);
   p.mean.tail<6>() << 20, 0, 20 * std::cos(0.1), 20 * std::sin(0.1), 3, -4;
-  p.covariance = 1e-4 * Eigen::MatrixXd::Identity(9, 9);
+  p.covariance = 1e-4 * Eigen::MatrixXd::Identity(kBody + 6, kBody + 6);
+  p.covariance.diagonal().segment<kBody - 3>(3).setZero();
   p.covariance(2, 2) = 0.06 * 0.06;
   p.noise = 0.0025 * Eigen::Matrix2d::Identity();
   for (int i = 0; i < 3; ++i) p.seen.push_back(Pose2{0, 0, turn}.inverse() * p.landmark(i));
@@ -202,9 +203,9 @@ TEST(JointCompatibility, TheNearestIsWrongWhereThePoseIsTurned) {
 // Two sightings that each alone are allowed, but not both: as a pair they contradict.
 TEST(JointCompatibility, APairThatContradictsIsRefused) {
   Problem p;
-  p.mean = Eigen::VectorXd::Zero(7);
+  p.mean = Eigen::VectorXd::Zero(kBody + 4);
   p.mean.tail<4>() << 10, 3, 10, -3;
-  p.covariance = 1e-6 * Eigen::MatrixXd::Identity(7, 7);
+  p.covariance = 1e-6 * Eigen::MatrixXd::Identity(kBody + 4, kBody + 4);
   p.covariance(1, 1) = 1;  // only y of the robot is not known
   p.seen = {{10, 3 + 2}, {10, -3 - 2}};
   const Candidates candidates = p.candidates();

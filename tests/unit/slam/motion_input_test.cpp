@@ -137,16 +137,17 @@ TEST(MotionInput, WhatTheWheelsCountWronglyMovesTheCarAsItSays) {
   const auto records = steer(4, 30);
   const Motion motion = driven(records, {3});
   constexpr double kStep = 1e-4;
-  for (int k = 0; k < WheelStep::kNumbers; ++k) {
+  for (int k = 0; k < MotionInput::kLag; ++k) {
     const auto end = [&](double by) {
-      Eigen::Vector4d n(1, 1, 0, 0);
+      Eigen::Matrix<double, MotionInput::kNumbers, 1> n;
+      n << 1, 1, 0, 0, 0, 0, 0;
       n(k) += by;
       Pose2 car;
       for (const WheelMotion& w : records) {
         const double way = 0.1 * w.speed * n(0);
-        const double turn =
-            std::tan(n(1) * w.steering) / 2.7 + n(2) + n(3) * std::pow(w.steering, 3) / 2.7;
-        car = car * exp(Vec3(way, 0, way * turn));
+        const double turn = std::tan(n(1) * w.steering) / 2.7 + n(2) +
+                            (n(3) * std::pow(w.steering, 3) + n(4) * w.steering * w.steering) / 2.7;
+        car = car * exp(Vec3(way, n(5) * 0.1 * w.speed, 0.1 * w.speed * n(0) * turn));
       }
       return car;
     };
@@ -155,7 +156,7 @@ TEST(MotionInput, WhatTheWheelsCountWronglyMovesTheCarAsItSays) {
         (2 * kStep);
     EXPECT_LT((slope - motion.by_extra.col(k)).norm(), 1e-5 * (1 + slope.norm())) << k;
   }
-  EXPECT_EQ(motion.by_extra.rightCols<4>().norm(), 0);
+  EXPECT_EQ(motion.by_extra.rightCols<4>().norm(), 0);  // antenna and satellites
 }
 
 TEST(MotionInput, NoiseIsThatOfTheWayDriven) {
