@@ -37,7 +37,8 @@ class Problem {
     numbers_ = map.numbers;
   }
 
-  // Poses by the graph, what the wheels count wrongly and the antenna by least squares, in turn.
+  // Poses by the graph and what the wheels count wrongly by least squares, in turn. The antenna
+  // stays where the filter found it.
   void solve() {
     build();
     graph::Optimizer optimizer(
@@ -47,7 +48,6 @@ class Problem {
       set_measurements();
       summary_ = optimizer.optimize(graph_);
       learn_wheels();
-      learn_antenna();
       double moved = 0;
       for (std::size_t i = 0; i < before.size(); ++i)
         moved = std::max(moved, (before[i].translation() - graph_.poses[i].translation()).norm());
@@ -143,18 +143,6 @@ class Problem {
       right += by.transpose() * information * left;
     }
     numbers_.head<MotionInput::kNumbers>() += normal.ldlt().solve(right);
-  }
-
-  void learn_antenna() {
-    if (antenna_edges_.empty()) return;
-    Vec2 sum = Vec2::Zero();
-    for (std::size_t i = 0; i < antenna_edges_.size(); ++i) {
-      const graph::Edge& edge = graph_.edges[antenna_edges_[i]];
-      const Pose2 T_map_robot =
-          graph_.poses[static_cast<std::size_t>(edge.from)] * map_.fixes[i].T_scan_robot;
-      sum += T_map_robot.inverse() * graph_.poses[static_cast<std::size_t>(edge.to)].translation();
-    }
-    numbers_.segment<2>(kAntenna) = sum / static_cast<double>(antenna_edges_.size());
   }
 
   void store() {
