@@ -50,7 +50,12 @@ void likelihood_of_particles(benchmark::State& state) {
   }
   state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations()) * 180 * 5000);
 }
-BENCHMARK(likelihood_of_particles)->Arg(40)->Arg(400)->Arg(800)->Arg(2000)->Unit(benchmark::kMillisecond);
+BENCHMARK(likelihood_of_particles)
+    ->Arg(40)
+    ->Arg(400)
+    ->Arg(800)
+    ->Arg(2000)
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 
