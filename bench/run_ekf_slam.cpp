@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // EKF-SLAM and the graph on the Victoria Park set. Without satellites: errors against the fixes
 // after one alignment of the whole path, and from the first pose alone (at the first fix, 36
-// degrees). With them: against the fixes of bursts that were held out, nothing aligned. Trunks: how
-// far those of maps from the even and from the odd minutes' halves are apart.
+// degrees). With them: against the fixes of bursts that were held out, nothing aligned.
 //   run_ekf_slam FOLDER
 #include <ctime>
 #include <map>

@@ -17,7 +17,6 @@ namespace {
 using filter::LandmarkFilter;
 using motion::WheelStep;
 
-constexpr int kBody = LandmarkFilter::kBody;
 // Among the extra numbers: the axle's direction, the wheels' lag, the antenna, and how the
 // satellites err now.
 constexpr int kCrab = MotionInput::kCrab, kLag = MotionInput::kLag,
@@ -36,15 +35,13 @@ Eigen::Matrix2d rotation(double theta) {
 }
 
 LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {
-  LandmarkFilter::Extra extra = LandmarkFilter::Extra::Zero();
-  extra(WheelStep::kScale) = extra(WheelStep::kTurnScale) = 1;
   LandmarkFilter::Body covariance = LandmarkFilter::Body::Zero();
   LandmarkFilter::Extra sigma;
   sigma << o.scale_sigma, o.turn_scale_sigma, o.turn_offset_sigma, o.steering_curve_sigma,
       o.steering_square_sigma, o.crab_sigma, o.lag_sigma, o.antenna_sigma, o.antenna_sigma,
       o.gps_sigma, o.gps_sigma;
   covariance.diagonal().tail<LandmarkFilter::kExtra>() = sigma.cwiseAbs2();
-  return {start, extra, covariance};
+  return {start, MotionInput::counted_right().at, covariance};
 }
 
 }  // namespace
@@ -130,8 +127,7 @@ Pairing EkfSlam::pair(const Seen& seen, int id) const {
   p.landmark = id;
   p.column = filter_.column(id);
   p.innovation = seen.q_robot - q;
-  p.by_body.leftCols<3>() << -back, Vec2(q.y(), -q.x());
-  p.by_landmark = back;
+  p.by_state << -back, Vec2(q.y(), -q.x()), back;
   p.spread = shared_spread(p, p, filter_.covariance()) + seen.noise;
   p.nis = p.innovation.dot(p.spread.inverse() * p.innovation);
   return p;
@@ -188,8 +184,8 @@ void EkfSlam::correct(const std::vector<Seen>& seen,
     if (choice[s] < 0) continue;
     const Pairing& p = allowed[s][static_cast<std::size_t>(choice[s])];
     residual.segment<2>(row) = p.innovation;
-    by_state.block<2, kBody>(row, 0) = p.by_body;
-    by_state.block<2, 2>(row, p.column) = p.by_landmark;
+    by_state.block<2, 3>(row, 0) = p.by_state.leftCols<3>();
+    by_state.block<2, 2>(row, p.column) = p.by_state.rightCols<2>();
     noise.block<2, 2>(row, row) = seen[s].noise;
     Known& known = known_[static_cast<std::size_t>(p.landmark)];
     known.diameter += (seen[s].diameter - known.diameter) /
@@ -422,7 +418,7 @@ void describe(OptionFields& f, EkfSlamOptions& o) {
         {"1/rad", "of its square", 0, 10});
   f.add("ekf_slam.crab_sigma", o.crab_sigma,
         {"rad", "between the laser's and the axle's direction", 0, 1});
-  f.add("ekf_slam.lag_sigma", o.lag_sigma, {"s", "of the laser against the wheels", 0, 1});
+  f.add("ekf_slam.lag_sigma", o.lag_sigma, {"s", "of the wheels behind the laser", 0, 1});
   f.add("ekf_slam.mirror_turn", o.mirror_turn, {"s", "of the laser's mirror, 0: none", 0, 1});
   f.add("ekf_slam.point_sigma", o.point_sigma,
         {"m", "by which a landmark is not the same from all sides", 0, 10});

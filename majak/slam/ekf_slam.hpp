@@ -58,7 +58,7 @@ struct EkfSlamOptions {
   double gps_fast_sigma = 0.08;  ///< m, from fix to fix
   double gps_memory = 200;       ///< s, of the former
   double antenna_sigma = 3;      ///< m
-  double gps_gate = 16;          ///< NIS beyond which a fix is not believed
+  double gps_gate = 16;          ///< NIS beyond which a fix is believed less
   double find_heading = 20;      ///< m between fixes before the heading is taken from them
   localize::GpsPiecesOptions pieces;
 };
@@ -68,8 +68,9 @@ void describe(OptionFields& fields, EkfSlamOptions& options);
 struct MappedLandmark {
   beacon::LandmarkKind kind = beacon::LandmarkKind::trunk;
   Vec2 p_map = Vec2::Zero();
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< m^2, map axes
-  double diameter = 0;                                   ///< m
+  /// m^2, map axes; zero for one that is gone: the filter has forgotten it.
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  double diameter = 0;  ///< m
   int sightings = 0;
   bool gone = false;  ///< was looked through later
 };
@@ -95,7 +96,7 @@ struct LandmarkMap {
   std::vector<MappedLandmark> landmarks;
   std::vector<LandmarkObservation> observations;
   std::vector<MotionInput::Motion> steps;  ///< [k]: by the wheels from scan k - 1 to scan k
-  std::vector<FixObservation> fixes;       ///< those that were used
+  std::vector<FixObservation> fixes;       ///< of sound pieces
   filter::LandmarkFilter::Extra numbers;   ///< what the wheels count wrongly, the antenna; at last
 };
 

@@ -105,11 +105,12 @@ class Search {
 
 Eigen::Matrix2d shared_spread(const Pairing& a, const Pairing& b,
                               const Eigen::MatrixXd& covariance) {
-  constexpr int n = filter::LandmarkFilter::kBody;
-  return a.by_body * covariance.topLeftCorner<n, n>() * b.by_body.transpose() +
-         a.by_body * covariance.block<n, 2>(0, b.column) * b.by_landmark.transpose() +
-         a.by_landmark * covariance.block<2, n>(a.column, 0) * b.by_body.transpose() +
-         a.by_landmark * covariance.block<2, 2>(a.column, b.column) * b.by_landmark.transpose();
+  const Eigen::Matrix<double, 2, 3> pa = a.by_state.leftCols<3>(), pb = b.by_state.leftCols<3>();
+  const Eigen::Matrix2d la = a.by_state.rightCols<2>(), lb = b.by_state.rightCols<2>();
+  return pa * covariance.topLeftCorner<3, 3>() * pb.transpose() +
+         pa * covariance.block<3, 2>(0, b.column) * lb.transpose() +
+         la * covariance.block<2, 3>(a.column, 0) * pb.transpose() +
+         la * covariance.block<2, 2>(a.column, b.column) * lb.transpose();
 }
 
 std::vector<int> associate_jointly(const std::vector<std::vector<Pairing>>& candidates,

@@ -8,21 +8,17 @@
 #include <vector>
 
 #include "majak/core/pose2.hpp"
-#include "majak/filter/landmark_filter.hpp"
 
 namespace majak::slam {
-
-using ByBody = Eigen::Matrix<double, 2, filter::LandmarkFilter::kBody>;
 
 /// A sighting that may be of a landmark.
 struct Pairing {
   int landmark = -1;
   Vec2 innovation = Vec2::Zero();  ///< measured less expected, m, robot frame
-  // Derivatives of what was expected less what was measured.
-  ByBody by_body = ByBody::Zero();                        ///< by pose and extra numbers
-  Eigen::Matrix2d by_landmark = Eigen::Matrix2d::Zero();  ///< by its x, y
-  int column = 0;                                         ///< of the landmark in the covariance
-  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();       ///< of the innovation
+  /// Of the expectation, by x, y, theta and the landmark's x, y.
+  Eigen::Matrix<double, 2, 5> by_state = Eigen::Matrix<double, 2, 5>::Zero();
+  int column = 0;                                    ///< of the landmark in the covariance
+  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();  ///< of the innovation
   double nis = 0;
 };
 

@@ -13,7 +13,6 @@
 namespace majak::slam {
 namespace {
 
-constexpr int kBody = filter::LandmarkFilter::kBody;
 using Candidates = std::vector<std::vector<Pairing>>;
 
 /// Landmarks about a robot, of which it sees some from where it truly is.
@@ -23,8 +22,8 @@ struct Problem {
   std::vector<Vec2> seen;  // robot frame
   Eigen::Matrix2d noise = 0.01 * Eigen::Matrix2d::Identity();
 
-  Vec2 landmark(int i) const { return mean.segment<2>(kBody + 2 * i); }
-  int landmarks() const { return static_cast<int>(mean.size() - kBody) / 2; }
+  Vec2 landmark(int i) const { return mean.segment<2>(3 + 2 * i); }
+  int landmarks() const { return static_cast<int>(mean.size() - 3) / 2; }
 
   Pairing pair(const Vec2& q_seen, int i) const {
     const Pose2 at{mean(0), mean(1), mean(2)};
@@ -33,11 +32,9 @@ struct Problem {
     back << std::cos(at.theta), std::sin(at.theta), -std::sin(at.theta), std::cos(at.theta);
     Pairing p;
     p.landmark = i;
-    p.column = kBody + 2 * i;
+    p.column = 3 + 2 * i;
     p.innovation = q_seen - q;
-    p.by_body.leftCols<3>() << -back, Vec2(q.y(), -q.x());
-    for (int k = 3; k < kBody; ++k) p.by_body.col(k) = (0.1 * k) * q_seen;
-    p.by_landmark = back;
+    p.by_state << -back, Vec2(q.y(), -q.x()), back;
     p.spread = shared_spread(p, p, covariance) + noise;
     p.nis = p.innovation.dot(p.spread.inverse() * p.innovation);
     return p;
@@ -60,7 +57,7 @@ Problem random_problem(std::uint64_t seed) {
   RandomStream random(seed);
   Problem p;
   const int n = 2 + static_cast<int>(random.below(4));
-  const Eigen::Index size = kBody + 2 * n;
+  const Eigen::Index size = 3 + 2 * n;
   p.mean.resize(size);
   for (double& v : p.mean) v = 1.2 * random.normal();
   Eigen::MatrixXd a(size, size);
@@ -73,7 +70,7 @@ Problem random_problem(std::uint64_t seed) {
   const Pose2 at{true_state(0), true_state(1), true_state(2)};
   for (int i = 0; i < n; ++i)
     if (random.uniform() < 0.8)
-      p.seen.push_back(at.inverse() * Vec2(true_state.segment<2>(kBody + 2 * i)) +
+      p.seen.push_back(at.inverse() * Vec2(true_state.segment<2>(3 + 2 * i)) +
                        0.1 * Vec2(random.normal(), random.normal()));
   if (random.uniform() < 0.5) p.seen.emplace_back(2 * random.normal(), 2 * random.normal());
   return p;
@@ -86,8 +83,8 @@ double joint_nis(const std::vector<const Pairing*>& pairs, const Eigen::MatrixXd
   Eigen::VectorXd innovation(n);
   for (Eigen::Index k = 0; k < n; k += 2) {
     const Pairing& p = *pairs[static_cast<std::size_t>(k / 2)];
-    h.block<2, kBody>(k, 0) = p.by_body;
-    h.block<2, 2>(k, p.column) = p.by_landmark;
+    h.block<2, 3>(k, 0) = p.by_state.leftCols<3>();
+    h.block<2, 2>(k, p.column) = p.by_state.rightCols<2>();
     innovation.segment<2>(k) = p.innovation;
   }
   const Eigen::MatrixXd shared = h * covariance * h.transpose();
@@ -163,10 +160,10 @@ TEST(JointCompatibility, SharedSpreadIsHPHt) {
     const Problem p = random_problem(seed);
     Eigen::MatrixXd h = Eigen::MatrixXd::Zero(4, p.covariance.cols());
     const Pairing a = p.pair({1, 2}, 0), b = p.pair({-1, 0.5}, 1);
-    h.topLeftCorner<2, kBody>() = a.by_body;
-    h.block<2, 2>(0, a.column) = a.by_landmark;
-    h.bottomLeftCorner<2, kBody>() = b.by_body;
-    h.block<2, 2>(2, b.column) = b.by_landmark;
+    h.topLeftCorner<2, 3>() = a.by_state.leftCols<3>();
+    h.block<2, 2>(0, a.column) = a.by_state.rightCols<2>();
+    h.bottomLeftCorner<2, 3>() = b.by_state.leftCols<3>();
+    h.block<2, 2>(2, b.column) = b.by_state.rightCols<2>();
     const Eigen::Matrix4d all = h * p.covariance * h.transpose();
     const Eigen::Matrix2d ab = shared_spread(a, b, p.covariance);
     EXPECT_LT((ab - all.topRightCorner<2, 2>()).cwiseAbs().maxCoeff(), 1e-14);
@@ -179,10 +176,9 @@ TEST(JointCompatibility, SharedSpreadIsHPHt) {
 // alone it is nearest, a third one close by tells.
 Problem rotated(double turn) {
   Problem p;
-  p.mean = Eigen::VectorXd::Zero(kBody + 6);
+  p.mean = Eigen::VectorXd::Zero(3 + 6);
   p.mean.tail<6>() << 20, 0, 20 * std::cos(0.1), 20 * std::sin(0.1), 3, -4;
-  p.covariance = 1e-4 * Eigen::MatrixXd::Identity(kBody + 6, kBody + 6);
-  p.covariance.diagonal().segment<kBody - 3>(3).setZero();
+  p.covariance = 1e-4 * Eigen::MatrixXd::Identity(9, 9);
   p.covariance(2, 2) = 0.06 * 0.06;
   p.noise = 0.0025 * Eigen::Matrix2d::Identity();
   for (int i = 0; i < 3; ++i) p.seen.push_back(Pose2{0, 0, turn}.inverse() * p.landmark(i));
@@ -203,9 +199,9 @@ TEST(JointCompatibility, TheNearestIsWrongWhereThePoseIsTurned) {
 // Two sightings that each alone are allowed, but not both: as a pair they contradict.
 TEST(JointCompatibility, APairThatContradictsIsRefused) {
   Problem p;
-  p.mean = Eigen::VectorXd::Zero(kBody + 4);
+  p.mean = Eigen::VectorXd::Zero(7);
   p.mean.tail<4>() << 10, 3, 10, -3;
-  p.covariance = 1e-6 * Eigen::MatrixXd::Identity(kBody + 4, kBody + 4);
+  p.covariance = 1e-6 * Eigen::MatrixXd::Identity(7, 7);
   p.covariance(1, 1) = 1;  // only y of the robot is not known
   p.seen = {{10, 3 + 2}, {10, -3 - 2}};
   const Candidates candidates = p.candidates();
@@ -228,7 +224,7 @@ TEST(JointCompatibility, NoLandmarkTwice) {
 }
 
 TEST(JointCompatibility, NothingToChooseFrom) {
-  const Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(kBody, kBody);
+  const Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(3, 3);
   EXPECT_TRUE(associate_jointly({}, covariance).empty());
   EXPECT_EQ(associate_jointly(Candidates(3), covariance), std::vector<int>({-1, -1, -1}));
 }
@@ -262,8 +258,8 @@ TEST(JointCompatibility, AShortSearchIsConsistentAndALongerOneNoWorse) {
 TEST(JointCompatibility, ManySightings) {
   Problem p;
   const int n = 40;
-  p.mean = Eigen::VectorXd::Zero(kBody + 2 * n);
-  for (int i = 0; i < n; ++i) p.mean.segment<2>(kBody + 2 * i) << 5 + 3 * (i % 8), 3 * (i / 8);
+  p.mean = Eigen::VectorXd::Zero(3 + 2 * n);
+  for (int i = 0; i < n; ++i) p.mean.segment<2>(3 + 2 * i) << 5 + 3 * (i % 8), 3 * (i / 8);
   p.covariance = 1e-3 * Eigen::MatrixXd::Identity(p.mean.size(), p.mean.size());
   p.noise = 0.01 * Eigen::Matrix2d::Identity();
   for (int i = 0; i < n; ++i) p.seen.push_back(p.landmark(i));
