@@ -3,17 +3,13 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 
 #include "majak/core/pose2.hpp"
 
 namespace majak::beacon {
 
-enum class LandmarkKind : std::uint8_t { trunk, corner, reflector };
-
 /// A landmark as one scan shows it, in the laser's frame.
 struct LandmarkSighting {
-  LandmarkKind kind = LandmarkKind::trunk;
   double range = 0;                           ///< m, to its centre
   double bearing = 0;                         ///< rad, counter-clockwise from ahead
   double range_sigma = 0, bearing_sigma = 0;  ///< m, rad

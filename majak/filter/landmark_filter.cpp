@@ -2,6 +2,7 @@
 #include "majak/filter/landmark_filter.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -11,13 +12,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-Eigen::Matrix2d rotation(double theta) {
-  const double c = std::cos(theta), s = std::sin(theta);
-  Eigen::Matrix2d r;
-  r << c, -s, s, c;
-  return r;
-}
 
 void drop(MatrixXd& m, Eigen::Index row, Eigen::Index rows) {
   const Eigen::Index left = m.rows() - row - rows;
@@ -37,7 +31,7 @@ void LandmarkFilter::predict(const RelativeInput<kExtra>& motion) {
   const PoseState<kExtra> to = motion.apply({T_map_robot_, extra_});
   const Vec3 beside = motion.by_extra * (extra_ - motion.at);
   Mat3 turn = Mat3::Identity(), swing = Mat3::Identity();
-  turn.topLeftCorner<2, 2>() = rotation(to.T_map_robot.theta);
+  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(to.T_map_robot.theta).toRotationMatrix();
   swing(0, 2) = -(to.T_map_robot.y - T_map_robot_.y);
   swing(1, 2) = to.T_map_robot.x - T_map_robot_.x;
   Body f = Body::Zero(), q = Body::Zero();
@@ -81,7 +75,7 @@ void LandmarkFilter::add_to_mean(const VectorXd& d) {
 }
 
 int LandmarkFilter::add(const Vec2& q_robot, const Eigen::Matrix2d& noise) {
-  const Eigen::Matrix2d turn = rotation(T_map_robot_.theta);
+  const Eigen::Matrix2d turn = Eigen::Rotation2Dd(T_map_robot_.theta).toRotationMatrix();
   const Vec2 way = turn * q_robot;
   Eigen::Matrix<double, 2, 3> by_pose;
   by_pose << 1, 0, -way.y(), 0, 1, way.x();
@@ -169,7 +163,7 @@ void LandmarkFilter::look_around(const Vec2& centre, double radius) {
 
 void LandmarkFilter::move_map(const Pose2& T_new_old, const Mat3& covariance) {
   settle();
-  const Eigen::Matrix2d turn = rotation(T_new_old.theta);
+  const Eigen::Matrix2d turn = Eigen::Rotation2Dd(T_new_old.theta).toRotationMatrix();
   const Eigen::Index n = near_covariance_.rows();
   MatrixXd by_old = MatrixXd::Identity(n, n), by_motion = MatrixXd::Zero(n, 3);
   const auto place = [&](Eigen::Index row, const Vec2& p_old) {

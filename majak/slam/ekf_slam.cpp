@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/slam/ekf_slam.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -26,13 +27,6 @@ constexpr double kThrough = 0.7;   // m behind a landmark where a beam ends that
 constexpr double kForgotten = 1;   // s after which a guess that is not seen again is dropped
 constexpr int kNew = -1, kDoubted = -2;  // choices that are no pairing
 constexpr double kInView = 20;           // m, within which a landmark must be seen
-
-Eigen::Matrix2d rotation(double theta) {
-  const double c = std::cos(theta), s = std::sin(theta);
-  Eigen::Matrix2d r;
-  r << c, -s, s, c;
-  return r;
-}
 
 LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {
   LandmarkFilter::Body covariance = LandmarkFilter::Body::Zero();
@@ -109,7 +103,8 @@ std::vector<EkfSlam::Seen> EkfSlam::look(const Scan& scan) const {
     const Pose2 T_robot_laser = exp(late * motion_.twist()) * scan.T_robot_laser;
     const Vec2 q = T_robot_laser * s.p_laser();
     const double across = s.range * s.bearing_sigma;
-    const Eigen::Matrix2d turn = rotation(T_robot_laser.theta + s.bearing);
+    const Eigen::Matrix2d turn =
+        Eigen::Rotation2Dd(T_robot_laser.theta + s.bearing).toRotationMatrix();
     Eigen::Matrix2d noise =
         turn * Vec2(s.range_sigma * s.range_sigma, across * across).asDiagonal() * turn.transpose();
     noise.diagonal().array() += options_.point_sigma * options_.point_sigma;
@@ -121,7 +116,7 @@ std::vector<EkfSlam::Seen> EkfSlam::look(const Scan& scan) const {
 // q = R' (l - t), the landmark in the robot's frame.
 Pairing EkfSlam::pair(const Seen& seen, int id) const {
   const Pose2& at = filter_.T_map_robot();
-  const Eigen::Matrix2d back = rotation(at.theta).transpose();
+  const Eigen::Matrix2d back = Eigen::Rotation2Dd(at.theta).toRotationMatrix().transpose();
   const Vec2 q = back * (filter_.landmark(id) - at.translation());
   Pairing p;
   p.landmark = id;
@@ -275,7 +270,7 @@ void EkfSlam::see(const GpsFix& fix) {
   keep(fix, verdict.piece);
   if (!oriented_) return find_heading(fix);
   const Pose2& at = filter_.T_map_robot();
-  const Eigen::Matrix2d turn = rotation(at.theta);
+  const Eigen::Matrix2d turn = Eigen::Rotation2Dd(at.theta).toRotationMatrix();
   const Vec2 antenna = filter_.extra().segment<2>(kAntenna);
   const double fast = options_.gps_fast_sigma * options_.gps_fast_sigma;
   Eigen::MatrixXd by_state = Eigen::MatrixXd::Zero(2, filter_.covariance().cols());

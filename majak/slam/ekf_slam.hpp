@@ -66,7 +66,6 @@ void describe(OptionFields& fields, EkfSlamOptions& options);
 
 /// A landmark of the finished map.
 struct MappedLandmark {
-  beacon::LandmarkKind kind = beacon::LandmarkKind::trunk;
   Vec2 p_map = Vec2::Zero();
   /// m^2, map axes; zero for one that is gone: the filter has forgotten it.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
