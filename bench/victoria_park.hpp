@@ -1,22 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Victoria Park set as its benchmarks read it: bursts of fixes, and which fixes are sound by
-// data alone (steps as long as the wheels say for five fixes and more, not the last before an
-// outage).
+// The Victoria Park set as its benchmarks read it, with its fixes as reference.
 #pragma once
 
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "majak/core/event.hpp"
+#include "majak/eval/held_out_fixes.hpp"
 #include "majak/io/source.hpp"
-#include "majak/localize/gps_pieces.hpp"
 
 namespace majak::bench {
 
@@ -41,28 +37,16 @@ struct ParkData {
 
 inline ParkData::ParkData(const std::string& folder) {
   const auto source = io::open_log(folder);
-  localize::GpsPiecesOptions screen;
-  screen.least = 5;
-  localize::GpsPieces pieces(screen);
-  std::optional<WheelMotion> wheels;
-  double way = 0, turned = 0;
   while (auto event = source->next()) {
-    if (const auto* fix = std::get_if<GpsFix>(&*event)) {
-      const bool outage = fixes.empty() || fix->time - fixes.back().time > 5 * kSecond;
-      bursts += outage;
-      fixes.push_back(*fix);
-      burst.push_back(bursts - 1);
-      pieces.add(*fix, way, turned);
-    }
-    if (const auto* now = std::get_if<WheelMotion>(&*event)) {
-      const double step = wheels ? wheels->speed * to_seconds(now->time - wheels->time) : 0;
-      way += step;
-      if (wheels) turned += std::abs(step * std::tan(wheels->steering) / kWheelbase);
-      wheels = *now;
-    }
+    if (const auto* fix = std::get_if<GpsFix>(&*event)) fixes.push_back(*fix);
     events.push_back(std::move(*event));
   }
-  for (const auto& verdict : pieces.verdicts()) sound.push_back(verdict.trusted);
+  const eval::ReferenceFixes reference = eval::reference_fixes(events, kWheelbase);
+  for (const eval::ReferenceFix& fix : reference.fixes) {
+    burst.push_back(static_cast<int>(fix.burst));
+    sound.push_back(fix.sound);
+  }
+  bursts = static_cast<int>(reference.bursts);
 }
 
 inline void tell_errors(const std::string& name, const char* which, std::vector<double> errors) {

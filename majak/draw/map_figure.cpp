@@ -8,7 +8,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "majak/draw/chart.hpp"
+#include "majak/draw/map_layers.hpp"
 #include "majak/io/map_files.hpp"
 
 namespace majak::draw {
@@ -21,38 +21,7 @@ constexpr double kChi2Good = 7.815, kChi2Strained = 16.266;  // 95 % and 99.9 % 
 constexpr double kChi95In2 = 5.991;                          // 95 % of 2 dof
 constexpr double kLargestEllipse = 0.02;  ///< of the picture's longer side, when enlarged
 
-/// Map metres to the figure's units: pixels of the picture, y down.
-class View {
- public:
-  View(double x0, double y0, double unit, double height)
-      : x0_(x0), y0_(y0), unit_(unit), height_(height) {}
-  Point operator()(Point p) const { return {(p.x - x0_) / unit_, height_ - (p.y - y0_) / unit_}; }
-  Point operator()(const Pose2& pose) const { return (*this)(Point{pose.x, pose.y}); }
-  double length(double metres) const { return metres / unit_; }
-
- private:
-  double x0_, y0_, unit_, height_;
-};
-
 Point point_of(const Pose2& pose) { return {pose.x, pose.y}; }
-
-/// A path without what the eye cannot see: a quarter of a unit.
-std::string thin_path(const std::vector<Point>& metres, const View& view) {
-  std::vector<Point> points;
-  points.reserve(metres.size());
-  for (const Point& p : metres) {
-    if (!std::isfinite(p.x) || !std::isfinite(p.y)) continue;
-    const Point q = view(p);
-    if (points.empty() || std::hypot(q.x - points.back().x, q.y - points.back().y) > 0.25)
-      points.push_back(q);
-  }
-  if (points.size() == 1) points.push_back(points[0]);  // a round cap makes it a dot
-  return path_data(simplify(points, 0.25), 1);
-}
-
-std::string line_layer(const char* style, const std::vector<Point>& metres, const View& view) {
-  return fmt::format("<path class=\"layer line {}\" d=\"{}\"/>\n", style, thin_path(metres, view));
-}
 
 /// Stretches of one health, each as a path of its own.
 std::string health_layer(const Site& site, Health health, const char* style, const View& view) {
@@ -71,17 +40,6 @@ std::string health_layer(const Site& site, Health health, const char* style, con
   }
   flush();
   return d.empty() ? "" : fmt::format("<path class=\"layer line {}\" d=\"{}\"/>\n", style, d);
-}
-
-struct Ellipse {
-  double major, minor, angle;  ///< m, m, rad: one sigma
-};
-
-Ellipse ellipse_of(const Mat3& covariance) {
-  const double a = covariance(0, 0), b = covariance(0, 1), d = covariance(1, 1);
-  const double mean = 0.5 * (a + d), spread = std::hypot(0.5 * (a - d), b);
-  const auto root = [](double v) { return v > 0 && std::isfinite(v) ? std::sqrt(v) : 0.0; };
-  return {root(mean + spread), root(mean - spread), 0.5 * std::atan2(2 * b, a - d)};
 }
 
 /// The scans nearest to equal steps along the way.
@@ -119,7 +77,8 @@ std::string ellipse_layer(const Site& site, const View& view, double longer_side
   const std::vector<std::size_t> chosen = spread_along(site, kEllipses);
   double largest = 0;
   for (const std::size_t i : chosen)
-    largest = std::max(largest, ellipse_of(site.scans[i].estimate.covariance).major);
+    largest =
+        std::max(largest, axes_of(site.scans[i].estimate.covariance.topLeftCorner<2, 2>()).major);
   if (largest <= 0) return "";
   const double quantile = std::sqrt(kChi95In2);
   figure.ellipse_scale =
@@ -127,7 +86,7 @@ std::string ellipse_layer(const Site& site, const View& view, double longer_side
   const double scale = view.length(quantile * figure.ellipse_scale);
   std::string out = "<g class=\"layer ellipses\">\n";
   for (const std::size_t i : chosen) {
-    const Ellipse e = ellipse_of(site.scans[i].estimate.covariance);
+    const EllipseAxes e = axes_of(site.scans[i].estimate.covariance.topLeftCorner<2, 2>());
     const Point c = view(site.scans[i].estimate.T_map_robot);
     out += fmt::format(
         "<ellipse rx=\"{}\" ry=\"{}\" transform=\"translate({} {})rotate({})\"><title>sigma {} x "
@@ -158,23 +117,6 @@ std::string closure_layer(const Site& site, Fit fit, const View& view, MapFigure
   }
   return out.empty() ? ""
                      : fmt::format("<g class=\"layer closure {}\">\n{}</g>\n", style_of(fit), out);
-}
-
-/// A bar of a round length in the lower left corner.
-std::string scale_bar(const View& view, double width, double height) {
-  const double metres = ticks(width / view.length(1), 8).at(1);
-  const double x = 0.02 * width, y = height - 0.02 * height, text = std::max(width, height) / 60;
-  return fmt::format(
-      "<g class=\"scale\"><path d=\"M{} {}h{}\"/><text x=\"{}\" y=\"{}\" font-size=\"{}\">{} "
-      "m</text></g>\n",
-      number(x), number(y), number(view.length(metres)), number(x), number(y - text / 2),
-      number(text), number(metres, 3));
-}
-
-std::string marker(const char* style, Point p, double radius, const char* title) {
-  return fmt::format(
-      "<circle class=\"{}\" cx=\"{}\" cy=\"{}\" r=\"{}\"><title>{}</title></circle>\n", style,
-      number(p.x, 1), number(p.y, 1), number(radius, 1), title);
 }
 
 void lay_onto(const Pose2& T_map_other, const Pose2& pose, std::vector<Point>& out) {

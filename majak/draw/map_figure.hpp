@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "majak/core/site.hpp"
+#include "majak/draw/map_layers.hpp"
 #include "majak/draw/svg.hpp"
 #include "majak/map/occupancy_grid.hpp"
 
@@ -27,12 +28,6 @@ struct Paths {
 
 /// Odometry and truth are laid onto the first final pose.
 Paths paths_of(const Site& site);
-
-/// A layer as the page's switches show it.
-struct Layer {
-  std::string style, label;
-  bool shown = true;
-};
 
 struct MapFigure {
   std::string svg;

@@ -17,34 +17,7 @@ namespace majak::draw {
 
 namespace {
 
-constexpr std::size_t kClosureRows = 400, kSkippedRows = 100, kSlipRows = 10;
-
-std::string section(const std::string& title, const std::string& body) {
-  return body.empty() ? "" : fmt::format("<section>\n<h2>{}</h2>\n{}</section>\n", title, body);
-}
-
-std::string list(const std::vector<std::string>& sentences) {
-  std::string out = "<ul>\n";
-  for (const std::string& sentence : sentences) out += "<li>" + escape(sentence) + "</li>\n";
-  return out + "</ul>\n";
-}
-
-std::string clock(double seconds) {
-  const auto whole = static_cast<long long>(std::llround(seconds));
-  if (whole >= 3600)
-    return fmt::format("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60);
-  return fmt::format("{}:{:02} min", whole / 60, whole % 60);
-}
-
-std::string metres(double value) {
-  return value < 0.995 ? number(100 * value, value < 0.1 ? 1 : 0) + " cm"
-                       : number(value, value < 100 ? 1 : 0) + " m";
-}
-
-std::string tile(const std::string& value, const std::string& label, const std::string& more) {
-  return fmt::format("<div class=\"tile\"><b>{}</b><span>{}<i>{}</i></span></div>\n", value, label,
-                     more);
-}
+constexpr std::size_t kClosureRows = 400, kSlipRows = 10;
 
 std::string tiles(const io::Figures& f) {
   std::string out = "<div class=\"tiles\">\n";
@@ -64,46 +37,9 @@ std::string tiles(const io::Figures& f) {
   return out + "</div>\n";
 }
 
-std::string keys(const MapFigure& figure) {
-  std::string out = "<div class=\"keys\">\n";
-  for (const Layer& layer : figure.layers) {
-    const std::string colour = layer.style.substr(layer.style.find('.') + 1);
-    const std::string swatch = layer.style == "picture"
-                                   ? ""
-                                   : fmt::format("<i class=\"swatch\" style=\"--c:var(--{})\"></i>",
-                                                 colour == "ellipses"   ? "ellipse"
-                                                 : colour == "rejected" ? "odometry"
-                                                                        : colour);
-    out += fmt::format("<label><input type=\"checkbox\" data-layer=\"{}\"{}>{}{}</label>\n",
-                       layer.style, layer.shown ? " checked" : "", swatch, escape(layer.label));
-  }
-  return out +
-         "<span><button id=\"in\" type=\"button\">+</button> <button id=\"out\" "
-         "type=\"button\">&minus;</button> "
-         "<button id=\"home\" type=\"button\">whole map</button></span></div>\n";
-}
-
-/// Layers that start switched off get their class in the text, so that the page needs no script to
-/// be right.
-std::string with_hidden_layers(std::string svg, const std::vector<Layer>& layers) {
-  for (const Layer& layer : layers) {
-    if (layer.shown) continue;
-    std::string classes = layer.style;
-    std::replace(classes.begin(), classes.end(), '.', ' ');
-    for (const char* kind : {"layer line ", "layer "}) {
-      const std::string attribute = fmt::format("class=\"{}{}\"", kind, classes);
-      const std::size_t place = svg.find(attribute);
-      if (place == std::string::npos) continue;
-      svg.insert(place + attribute.size() - 1, " hide");
-      break;
-    }
-  }
-  return svg;
-}
-
 std::string map_section(const Site& site, const map::OccupancyGrid& grid, const Paths& paths) {
   const MapFigure figure = map_figure(site, grid, paths);
-  return section("The map", with_hidden_layers(figure.svg, figure.layers) + keys(figure) +
+  return section("The map", switched_map(figure.svg, figure.layers) +
                                 "<p class=\"soft\">Drag to move; double click or Ctrl and the "
                                 "wheel to zoom; closures and ellipses tell "
                                 "more under the pointer.</p>\n");
@@ -231,23 +167,6 @@ std::string closure_section(const Site& site, const io::Figures& f) {
   return section("Loop closures", out);
 }
 
-std::string skipped_section(const Report& report) {
-  if (report.empty())
-    return section("Skipped",
-                   "<p class=\"soft\">Nothing: every record was understood and used.</p>\n");
-  std::string out =
-      "<table><thead><tr><th class=\"l\">what</th><th>how many</th><th>first at "
-      "line</th></tr></thead><tbody>\n";
-  std::size_t rows = 0;
-  for (const auto& [what, entry] : report.entries()) {
-    if (rows++ == kSkippedRows) break;
-    out += fmt::format("<tr><td class=\"l\">{}</td><td>{}</td><td>{}</td></tr>\n", escape(what),
-                       grouped(entry.count),
-                       entry.first_line > 0 ? std::to_string(entry.first_line) : "");
-  }
-  return section("Skipped and noticed", out + "</tbody></table>\n");
-}
-
 std::string slip_table(const Site& site, const std::vector<motion::SlipEvent>& slips) {
   if (slips.empty()) return "";
   std::string out = fmt::format(
@@ -269,13 +188,9 @@ std::string slip_table(const Site& site, const std::vector<motion::SlipEvent>& s
 }
 
 std::string figure_section(const std::string& title, const std::vector<io::NamedFigure>& figures) {
-  if (figures.empty()) return "";
-  std::string out = "<table><tbody>\n";
-  for (const auto& [name, value] : figures) {
-    out += fmt::format("<tr><td class=\"l\">{}</td><td>{}</td></tr>\n", escape(name),
-                       number(value, 4));
-  }
-  return section(title, out + "</tbody></table>\n");
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& [name, value] : figures) rows.push_back({name, number(value, 4)});
+  return section(title, table({}, rows));
 }
 
 std::string options_section(const Site& site) {
@@ -291,15 +206,7 @@ std::string report_html(const Site& site, const map::OccupancyGrid& grid,
                         const ReportExtras& extras) {
   const io::Figures figures = io::figures_of(site, grid);
   const Paths paths = paths_of(site);
-  const std::string name = escape(site.source_name.empty() ? "the map" : site.source_name);
-  std::string out = fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0} - "
-      "majak</title>\n"
-      "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><meta "
-      "name=\"color-scheme\" content=\"light dark\">\n"
-      "<style>{1}</style></head>\n<body><main>\n<h1>{0}</h1>\n<p class=\"lead soft\">{2}</p>\n",
-      name, report_style(), escape(verdict_in_words(site, figures)));
-  out += tiles(figures);
+  std::string out = tiles(figures);
   out += map_section(site, grid, paths);
   out += section("The odometry", list(odometry_in_words(site)) + slip_table(site, extras.slips));
   out += path_section(paths);
@@ -309,12 +216,10 @@ std::string report_html(const Site& site, const map::OccupancyGrid& grid,
   out += skipped_section(site.report);
   out += figure_section("Time it took", extras.timing);
   out += options_section(site);
-  out += fmt::format(
-      "<footer>Drawn by majak{}{}. Grid of {} "
-      "cm.</footer>\n</main>\n<script>{}</script>\n</body></html>\n",
-      extras.version.empty() ? "" : " ", escape(extras.version), number(100 * grid.resolution(), 1),
-      report_script());
-  return out;
+  return page(site.source_name.empty() ? "the map" : site.source_name,
+              verdict_in_words(site, figures), out,
+              fmt::format("Drawn by majak{}{}. Grid of {} cm.", extras.version.empty() ? "" : " ",
+                          extras.version, number(100 * grid.resolution(), 1)));
 }
 
 }  // namespace majak::draw

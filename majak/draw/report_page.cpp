@@ -1,7 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/draw/report_page.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
 namespace majak::draw {
+namespace {
+
+constexpr std::size_t kSkippedRows = 100;
+
+std::string keys(const std::vector<Layer>& layers) {
+  std::string out = "<div class=\"keys\">\n";
+  for (const Layer& layer : layers) {
+    const std::string colour = layer.style.substr(layer.style.find('.') + 1);
+    const std::string swatch = layer.style == "picture"
+                                   ? ""
+                                   : fmt::format("<i class=\"swatch\" style=\"--c:var(--{})\"></i>",
+                                                 colour == "ellipses"   ? "ellipse"
+                                                 : colour == "rejected" ? "odometry"
+                                                                        : colour);
+    out += fmt::format("<label><input type=\"checkbox\" data-layer=\"{}\"{}>{}{}</label>\n",
+                       layer.style, layer.shown ? " checked" : "", swatch, escape(layer.label));
+  }
+  return out +
+         "<span><button id=\"in\" type=\"button\">+</button> <button id=\"out\" "
+         "type=\"button\">&minus;</button> "
+         "<button id=\"home\" type=\"button\">whole map</button></span></div>\n";
+}
+
+/// Layers that start switched off get their class in the text, so that the page needs no script to
+/// be right.
+std::string with_hidden_layers(std::string svg, const std::vector<Layer>& layers) {
+  for (const Layer& layer : layers) {
+    if (layer.shown) continue;
+    std::string classes = layer.style;
+    std::replace(classes.begin(), classes.end(), '.', ' ');
+    for (const char* kind : {"layer line ", "layer "}) {
+      const std::string attribute = fmt::format("class=\"{}{}\"", kind, classes);
+      const std::size_t place = svg.find(attribute);
+      if (place == std::string::npos) continue;
+      svg.insert(place + attribute.size() - 1, " hide");
+      break;
+    }
+  }
+  return svg;
+}
+
+}  // namespace
 
 std::string_view report_style() {
   return R"css(
@@ -105,6 +152,78 @@ for(const head of document.querySelectorAll('table.sort th'))head.onclick=()=>{
   const order=(a,b)=>{const p=key(a),q=key(b);return sign*(p<q?-1:p>q?1:0)};
   [...body.rows].sort(order).forEach(r=>body.append(r))};
 )js";
+}
+
+std::string page(const std::string& title, const std::string& lead, const std::string& body,
+                 const std::string& footer) {
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0} - "
+      "majak</title>\n"
+      "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><meta "
+      "name=\"color-scheme\" content=\"light dark\">\n"
+      "<style>{1}</style></head>\n<body><main>\n<h1>{0}</h1>\n<p class=\"lead soft\">{2}</p>\n{3}"
+      "<footer>{4}</footer>\n</main>\n<script>{5}</script>\n</body></html>\n",
+      escape(title), report_style(), escape(lead), body, escape(footer), report_script());
+}
+
+std::string section(const std::string& title, const std::string& body) {
+  return body.empty() ? "" : fmt::format("<section>\n<h2>{}</h2>\n{}</section>\n", title, body);
+}
+
+std::string list(const std::vector<std::string>& sentences) {
+  std::string out = "<ul>\n";
+  for (const std::string& sentence : sentences) out += "<li>" + escape(sentence) + "</li>\n";
+  return out + "</ul>\n";
+}
+
+std::string tile(const std::string& value, const std::string& label, const std::string& more) {
+  return fmt::format("<div class=\"tile\"><b>{}</b><span>{}<i>{}</i></span></div>\n", value, label,
+                     more);
+}
+
+std::string table(const std::vector<std::string>& head,
+                  const std::vector<std::vector<std::string>>& rows) {
+  if (rows.empty()) return "";
+  const auto row = [](const std::vector<std::string>& cells, const char* tag) {
+    std::string out = "<tr>";
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      out += fmt::format("<{0}{1}>{2}</{0}>", tag, i == 0 ? " class=\"l\"" : "", escape(cells[i]));
+    return out + "</tr>\n";
+  };
+  std::string out = "<table>";
+  if (!head.empty()) out += "<thead>" + row(head, "th") + "</thead>";
+  out += "<tbody>\n";
+  for (const auto& cells : rows) out += row(cells, "td");
+  return out + "</tbody></table>\n";
+}
+
+std::string skipped_section(const Report& report) {
+  if (report.empty())
+    return section("Skipped",
+                   "<p class=\"soft\">Nothing: every record was understood and used.</p>\n");
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& [what, entry] : report.entries()) {
+    if (rows.size() == kSkippedRows) break;
+    rows.push_back({what, std::to_string(entry.count),
+                    entry.first_line > 0 ? std::to_string(entry.first_line) : ""});
+  }
+  return section("Skipped and noticed", table({"what", "how many", "first at line"}, rows));
+}
+
+std::string clock(double seconds) {
+  const auto whole = static_cast<long long>(std::llround(seconds));
+  if (whole >= 3600)
+    return fmt::format("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60);
+  return fmt::format("{}:{:02} min", whole / 60, whole % 60);
+}
+
+std::string metres(double value) {
+  return value < 0.995 ? number(100 * value, value < 0.1 ? 1 : 0) + " cm"
+                       : number(value, value < 100 ? 1 : 0) + " m";
+}
+
+std::string switched_map(std::string svg, const std::vector<Layer>& layers) {
+  return with_hidden_layers(std::move(svg), layers) + keys(layers);
 }
 
 }  // namespace majak::draw
