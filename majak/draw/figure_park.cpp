@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <span>
 #include <string>
 #include <utility>
 #include <variant>
@@ -15,6 +14,7 @@
 
 #include "majak/draw/sketch.hpp"
 #include "majak/draw/thesis_figures.hpp"
+#include "majak/eval/landmarks.hpp"
 #include "majak/sim/park.hpp"
 #include "majak/sim/simulator.hpp"
 #include "majak/sim/tour.hpp"
@@ -30,19 +30,12 @@ constexpr std::size_t kLeast = 30;           // sightings in a bin that is shown
 constexpr Box kDetail{111.6, 96.4, 26, 36};  // m; top: its lower edge
 const Colour kTruth = ink::red, kEstimate = ink::green, kTrunk = ink::blue, kSeen = ink::purple;
 
-/// A trunk as one scan showed it.
-struct Sighting {
-  Vec2 p_map;    ///< with the pose of that time
-  double range;  ///< m, from the laser
-  Vec2 error;    ///< m, seen from the robot: along the beam, to its left
-  double swing;  ///< m, of that to its left: by the robot's heading
-};
-
 struct Demonstration {
   sim::World world{sim::park()};
   std::vector<Point> truth, estimate, wheels;
   std::vector<slam::MappedLandmark> trunks;
-  std::vector<Sighting> sightings;
+  std::vector<Point> seen;  ///< trunks as single scans showed them, with the pose of that time
+  std::vector<eval::SightingError> sightings;
   double place_error = 0, trunk_error = 0;  ///< m, means
   double heading_error = 0;                 ///< rad, root of the mean square
 };
@@ -72,18 +65,6 @@ std::vector<const sim::Disc*> trunks_of(const slam::LandmarkMap& map, const sim:
   return trunks;
 }
 
-/// What the robot sees, against what it would see were its heading and its laser right.
-Sighting sighting_of(const slam::LandmarkObservation& seen, const Pose2& estimate,
-                     const Pose2& truth, const Vec2& trunk, const Pose2& T_robot_laser) {
-  const Pose2 turned{truth.x, truth.y, estimate.theta};
-  const Vec2 beam = trunk - (truth * T_robot_laser).translation();
-  const Vec2 along = beam.normalized(), left(-along.y(), along.x());
-  const Vec2 error = turned * seen.q_robot - trunk;
-  const Vec2 swung = turned * (truth.inverse() * trunk) - trunk;
-  return {
-      estimate * seen.q_robot, beam.norm(), {along.dot(error), left.dot(error)}, left.dot(swung)};
-}
-
 void compare_route(Demonstration& d, const std::vector<Estimate>& estimates,
                    const std::map<Time, Pose2>& truth) {
   const auto count = double(estimates.size());
@@ -109,9 +90,11 @@ void compare_trunks(Demonstration& d, const slam::LandmarkMap& map,
   d.trunk_error /= std::max(1.0, double(d.trunks.size()));
   for (const slam::LandmarkObservation& o : map.observations) {
     const Estimate& e = map.localization.estimates[o.scan];
-    if (const sim::Disc* trunk = trunks[static_cast<std::size_t>(o.landmark)])
-      d.sightings.push_back(
-          sighting_of(o, e.T_map_robot, truth.at(e.time), trunk->centre, T_robot_laser));
+    const sim::Disc* trunk = trunks[static_cast<std::size_t>(o.landmark)];
+    if (trunk == nullptr) continue;
+    d.seen.push_back(point(e.T_map_robot * o.q_robot));
+    d.sightings.push_back(eval::sighting_error(o.q_robot, e.T_map_robot, truth.at(e.time),
+                                               trunk->centre, T_robot_laser));
   }
 }
 
@@ -148,9 +131,7 @@ void add_map(std::vector<Mark>& marks, const Demonstration& d, double dot, doubl
     const Eigen::Matrix2d covariance = magnified * magnified * t.covariance;
     marks.emplace_back(covariance_ellipse(t.p_map, covariance, {kTrunk, 1.3}));
   }
-  Dots seen{{}, dot, kSeen.faint(0.6)};
-  for (const Sighting& s : d.sightings) seen.at.push_back(point(s.p_map));
-  marks.emplace_back(std::move(seen));
+  marks.emplace_back(Dots{d.seen, dot, kSeen.faint(0.6)});
   marks.emplace_back(Polyline{d.truth, {kTruth, 2}});
   marks.emplace_back(Polyline{d.estimate, {kEstimate, 1.8}});
 }
@@ -190,18 +171,10 @@ Panel detail(const Box& place, const Demonstration& d) {
 
 // ---- Errors over range -----------------------------------------------------------------------
 
-/// Root of the mean square over bins of range.
-template <class Error>
-std::vector<Point> rms_over_range(std::span<const Sighting> sightings, const Error& error) {
-  std::map<int, std::pair<double, std::size_t>> bins;
-  for (const Sighting& s : sightings) {
-    auto& [sum, count] = bins[int(s.range / kBin)];
-    sum += error(s) * error(s), ++count;
-  }
+std::vector<Point> rms_over_range(const Demonstration& d, double eval::RangeBin::*error) {
   std::vector<Point> line;
-  for (const auto& [bin, sum] : bins)
-    if (sum.second >= kLeast)
-      line.push_back({(bin + 0.5) * kBin, std::sqrt(sum.first / double(sum.second))});
+  for (const eval::RangeBin& bin : eval::errors_over_range(d.sightings, kBin, kLeast))
+    line.push_back({bin.range, bin.*error});
   return line;
 }
 
@@ -212,19 +185,19 @@ Panel errors(const Box& place, const Demonstration& d, int axis, std::string tit
               .y = {"error (m)", 0.0, 1.2},
               .equal = false};
   Dots each{{}, 1.1, kSeen.faint(0.5)};
-  for (const Sighting& s : d.sightings) each.at.push_back({s.range, std::abs(s.error(axis))});
+  for (const eval::SightingError& s : d.sightings)
+    each.at.push_back({s.range, std::abs(s.error(axis))});
   panel.marks.emplace_back(std::move(each));
   const Pen whole{kTrunk, 2.4};
-  panel.marks.emplace_back(Polyline{
-      rms_over_range(d.sightings, [&](const Sighting& s) { return s.error(axis); }), whole});
+  using Bin = eval::RangeBin;
+  panel.marks.emplace_back(
+      Polyline{rms_over_range(d, axis == 0 ? &Bin::along : &Bin::across), whole});
   panel.legend = {{"each sighting", {}, kSeen.faint(0.6)}, {"root of their mean square", whole}};
   panel.legend_at = Corner::top_left;
   if (axis == 0) return panel;
   const Pen heading{kEstimate, 2, 5}, laser{ink::orange, 2};
-  panel.marks.emplace_back(
-      Polyline{rms_over_range(d.sightings, [](const Sighting& s) { return s.swing; }), heading});
-  panel.marks.emplace_back(Polyline{
-      rms_over_range(d.sightings, [](const Sighting& s) { return s.error(1) - s.swing; }), laser});
+  panel.marks.emplace_back(Polyline{rms_over_range(d, &Bin::by_heading), heading});
+  panel.marks.emplace_back(Polyline{rms_over_range(d, &Bin::by_laser), laser});
   panel.legend.push_back({"of it, by the heading", heading});
   panel.legend.push_back({"of it, by the laser", laser});
   return panel;

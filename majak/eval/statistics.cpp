@@ -2,7 +2,11 @@
 #include "majak/eval/statistics.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <map>
+
+#include "majak/core/random.hpp"
 
 namespace majak::eval {
 namespace {
@@ -41,6 +45,32 @@ double quantile(std::vector<double> values, double q) {
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());
   return sorted_quantile(values, q);
+}
+
+MeanWithConfidence mean_with_confidence(std::span<const double> samples,
+                                        std::span<const int> groups,
+                                        const BootstrapOptions& options) {
+  assert(samples.size() == groups.size());
+  struct Group {
+    double sum = 0, count = 0;
+    void add(const Group& other) { sum += other.sum, count += other.count; }
+  };
+  if (samples.empty()) return {};
+  std::map<int, Group> by_name;
+  for (std::size_t i = 0; i < samples.size(); ++i) by_name[groups[i]].add({samples[i], 1});
+  std::vector<Group> all;
+  Group whole;
+  for (const auto& [name, group] : by_name) all.push_back(group), whole.add(group);
+  std::vector<double> means;
+  for (int k = 0; k < options.draws; ++k) {
+    RandomStream random(options.seed, static_cast<std::uint64_t>(k));
+    Group drawn;
+    for (std::size_t i = 0; i < all.size(); ++i) drawn.add(all[random.below(all.size())]);
+    means.push_back(drawn.sum / drawn.count);
+  }
+  std::sort(means.begin(), means.end());
+  const double tail = (1 - options.confidence) / 2;
+  return {whole.sum / whole.count, sorted_quantile(means, tail), sorted_quantile(means, 1 - tail)};
 }
 
 }  // namespace majak::eval
