@@ -9,6 +9,7 @@
 #include "app/calibrate.hpp"
 #include "app/compare.hpp"
 #include "app/convert.hpp"
+#include "app/demo.hpp"
 #include "app/emulate.hpp"
 #include "app/evaluate.hpp"
 #include "app/figure.hpp"
@@ -48,6 +49,7 @@ void add_commands(CLI::App& app) {
   add_simulate(app);
   add_evaluate(app);
   add_figure(app);
+  add_demo(app);
   app.formatter(std::make_shared<FirstLines>());
 }
 

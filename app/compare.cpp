@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
-#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -81,12 +80,6 @@ std::string help() {
     if (m.on_map || std::string_view(m.name) == "dead-reckoning")
       text += fmt::format("  {:<16} {}\n", m.name, m.in_the_thesis);
   return text;
-}
-
-std::string default_folder(const fs::path& log) {
-  fs::path name = log.has_filename() ? log.filename() : log.parent_path().filename();
-  while (name.has_extension()) name = name.stem();
-  return name.string() + "-compare";
 }
 
 std::vector<std::string> chosen_methods(const std::string& list) {
@@ -245,15 +238,8 @@ void write_results(CompareCommand& o, const Inputs& in, const eval::Comparison& 
   write_figure(folder, "compare", draw::comparison_picture(picture));
 }
 
-/// s of all threads of this program.
-double cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 void run_compare(CompareCommand& o) {
-  if (o.output.empty()) o.output = default_folder(o.log);
+  if (o.output.empty()) o.output = results_folder(o.log, "-compare");
   auto names = chosen_methods(o.methods);
   Progress progress;
   const Inputs in = read_inputs(o, progress);

@@ -100,12 +100,6 @@ std::string help() {
   return text;
 }
 
-std::string default_folder(const fs::path& log) {
-  fs::path name = log.has_filename() ? log.filename() : log.parent_path().filename();
-  while (name.has_extension()) name = name.stem();
-  return name.string() + "-localize";
-}
-
 void read_place(LocalizeCommand& o) {
   const KnownPlace known = read_known_place(o.map, o.map_resolution);
   o.options.place = known.place;
@@ -365,7 +359,7 @@ void run_localize(LocalizeCommand& o) {
         .count();
   };
   read_options(o);
-  if (o.output.empty()) o.output = default_folder(o.log);
+  if (o.output.empty()) o.output = results_folder(o.log, "-localize");
   const Run run = run_method(o);
   const Findings findings = findings_of(run);
   const Json summary = summary_of(o, run, findings);

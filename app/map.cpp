@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <charconv>
 #include <chrono>
-#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <new>
@@ -20,6 +19,7 @@
 #include "app/live.hpp"
 #include "app/log_options.hpp"
 #include "app/progress.hpp"
+#include "app/write_figure.hpp"
 #include "majak/core/error.hpp"
 #include "majak/draw/report.hpp"
 #include "majak/io/atomic_file.hpp"
@@ -66,13 +66,6 @@ struct MapOptions {
   map::OccupancyGridOptions grid;
 };
 
-// CPU seconds of the whole process, for the timing table.
-double cpu_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
 class Stopwatch {
  public:
   void lap(const char* stage) {
@@ -86,12 +79,6 @@ class Stopwatch {
   double last_ = 0;
   std::vector<io::NamedFigure> laps_;
 };
-
-std::string default_folder(const fs::path& log) {
-  fs::path name = log.has_filename() ? log.filename() : log.parent_path().filename();
-  while (name.has_extension()) name = name.stem();
-  return name.string() + "-map";
-}
 
 // "151-945": the scans that a closure joins.
 std::pair<std::size_t, std::size_t> scan_pair(const std::string& text) {
@@ -172,10 +159,7 @@ void write_results(const MapOptions& o, const Site& site,
                    const std::vector<motion::SlipEvent>& slips, Stopwatch& stopwatch,
                    std::string& summary) {
   const fs::path folder = o.output;
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error)
-    throw Error(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
+  make_folder(folder);
   const auto grid = map::build_occupancy_grid(site, o.grid);
   stopwatch.lap("grid");
   io::write_map_files(folder, grid);
@@ -220,7 +204,7 @@ void print_result(const MapOptions& o, const Site& site,
 
 void run_map(MapOptions& o) {
   read_options(o);
-  if (o.output.empty()) o.output = default_folder(o.log);
+  if (o.output.empty()) o.output = results_folder(o.log, "-map");
   const int hardware = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   const Threads threads{o.threads > 0 ? o.threads : hardware};
   Stopwatch stopwatch;

@@ -5,10 +5,17 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <ctime>
 
 namespace majak::app {
 
 using namespace std::chrono_literals;
+
+double cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
 
 Progress::Progress()
     : started_(std::chrono::steady_clock::now()),

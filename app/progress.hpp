@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One line on a terminal that says how far the work is; nothing where output goes to a file.
+// One line on a terminal that says how far the work is, nothing where output goes to a file; and
+// what the work costs.
 #pragma once
 
 #include <chrono>
@@ -9,6 +10,9 @@
 #include "majak/io/live_hooks.hpp"
 
 namespace majak::app {
+
+/// s of all threads of this program.
+double cpu_seconds();
 
 class Progress {
  public:

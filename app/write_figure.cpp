@@ -18,6 +18,12 @@ void make_folder(const std::filesystem::path& folder) {
     throw Error(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
 }
 
+std::string results_folder(const std::filesystem::path& log, const char* suffix) {
+  std::filesystem::path name = log.has_filename() ? log.filename() : log.parent_path().filename();
+  while (name.has_extension()) name = name.stem();
+  return name.string() + suffix;
+}
+
 void write_figure(const std::filesystem::path& folder, const std::string& name,
                   const draw::Figure& figure) {
   io::write_file_atomically(folder / (name + ".svg"), draw::figure_svg(figure));

@@ -11,16 +11,24 @@ namespace {
 
 constexpr std::size_t kSkippedRows = 100;
 
+/// The colour that the style sheet gives a layer, where it is not called like it.
+std::string swatch_of(const std::string& style) {
+  if (style == "ellipses") return "ellipse";
+  if (style == "rejected") return "odometry";
+  if (style == "fixes") return "strained";
+  if (style == "seen" || style == "trunks") return "poor";
+  if (style == "known") return "good";
+  return style;
+}
+
 std::string keys(const std::vector<Layer>& layers) {
   std::string out = "<div class=\"keys\">\n";
   for (const Layer& layer : layers) {
     const std::string colour = layer.style.substr(layer.style.find('.') + 1);
-    const std::string swatch = layer.style == "picture"
-                                   ? ""
-                                   : fmt::format("<i class=\"swatch\" style=\"--c:var(--{})\"></i>",
-                                                 colour == "ellipses"   ? "ellipse"
-                                                 : colour == "rejected" ? "odometry"
-                                                                        : colour);
+    const std::string swatch =
+        layer.style == "picture"
+            ? ""
+            : fmt::format("<i class=\"swatch\" style=\"--c:var(--{})\"></i>", swatch_of(colour));
     out += fmt::format("<label><input type=\"checkbox\" data-layer=\"{}\"{}>{}{}</label>\n",
                        layer.style, layer.shown ? " checked" : "", swatch, escape(layer.label));
   }
@@ -79,6 +87,10 @@ vector-effect:non-scaling-stroke}.line.after{stroke:var(--after)}.line.before{st
 .line.odometry{stroke:var(--odometry)}.line.truth{stroke:var(--truth)}
 .line.weak{stroke:var(--weak);stroke-width:4;stroke-opacity:.75}
 .line.lost{stroke:var(--lost);stroke-width:5}
+.map.plain{background:var(--page)}.line.fixes{stroke:var(--strained);stroke-width:4}
+.line.seen{stroke:var(--poor);stroke-width:2;stroke-opacity:.5}
+.line.known{stroke:var(--good);stroke-width:2;stroke-opacity:.5}
+.line.trunks{stroke:var(--poor);stroke-width:5}
 .closure line{stroke-width:1.1;stroke-opacity:.8;vector-effect:non-scaling-stroke;
 stroke-linecap:round}.closure.good line{stroke:var(--good)}
 .closure.strained line{stroke:var(--strained)}.closure.poor line{stroke:var(--poor)}

@@ -5,10 +5,13 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "majak/core/error.hpp"
 #include "majak/core/rigid_fit.hpp"
 #include "majak/eval/consistency.hpp"
+#include "majak/eval/split_maps.hpp"
+#include "majak/localize/dead_reckoning.hpp"
 
 namespace majak::eval {
 namespace {
@@ -19,7 +22,7 @@ constexpr double kTogether = 60;  // s of truth whose errors go together
 struct Witness {
   Time time;
   Vec2 p;
-  std::size_t group;
+  int group;
   bool sound;
   std::optional<Pose2> truth;
 };
@@ -38,15 +41,14 @@ Reference reference_of(const Demonstration& d, const DemonstrationInput& input) 
     r.variance = std::pow(input.ekf.gps_sigma, 2) + std::pow(input.ekf.gps_fast_sigma, 2);
     r.heading = input.heading;
     for (const ReferenceFix& f : d.fixes.fixes)
-      r.witnesses.push_back({f.time, f.p, f.burst, f.sound, {}});
+      r.witnesses.push_back({f.time, f.p, static_cast<int>(f.burst), f.sound, {}});
   } else {
     const auto begin = d.truth.front().time;
     r.heading = d.truth.front().pose.theta;
     for (const StampedPose& t : d.truth) {
       const double seconds = to_seconds(t.time - begin);
-      r.witnesses.push_back({t.time, t.pose.translation(),
-                             static_cast<std::size_t>(std::max(0.0, seconds / kTogether)), true,
-                             t.pose});
+      r.witnesses.push_back(
+          {t.time, t.pose.translation(), static_cast<int>(seconds / kTogether), true, t.pose});
     }
   }
   return r;
@@ -106,7 +108,7 @@ PathScore score(const std::vector<Estimate>& estimates, const Reference& referen
   PathScore s{against, frame(met, reference, against), {}};
   for (const Met& m : met) {
     PlaceError e{m.witness->time,
-                 (s.T_reference_map * m.p_map - m.witness->p).norm(),
+                 s.T_reference_map * m.p_map - m.witness->p,
                  m.witness->group,
                  m.witness->sound,
                  {}};
@@ -174,13 +176,12 @@ std::vector<std::optional<Vec2>> true_places(const slam::LandmarkMap& map,
   return places;
 }
 
-ObstacleErrors obstacle_errors(const slam::LandmarkMap& map, const Demonstration& d,
-                               const std::vector<Vec2>& trunks) {
+ObstacleErrors obstacle_errors(const slam::LandmarkMap& map, const Demonstration& d) {
   ObstacleErrors errors;
   const auto& estimates = map.localization.estimates;
   std::vector<std::optional<Vec2>> places;
   for (const slam::MappedLandmark& l : map.landmarks) places.emplace_back(l.p_map);
-  if (!trunks.empty()) {
+  if (!d.trunks.empty()) {
     std::vector<PlacedLandmark> mapped, truth;
     std::vector<std::size_t> standing;
     for (std::size_t i = 0; i < map.landmarks.size(); ++i)
@@ -188,9 +189,10 @@ ObstacleErrors obstacle_errors(const slam::LandmarkMap& map, const Demonstration
         standing.push_back(i);
         mapped.push_back({map.landmarks[i].p_map, map.landmarks[i].covariance});
       }
-    for (const Vec2& p : trunks) truth.push_back({p, {}});
+    for (const Vec2& p : d.trunks) truth.push_back({p, {}});
     errors.match = match_landmarks(mapped, truth);
-    places = true_places(map, *errors.match, standing, trunks);
+    errors.aligned = match_landmarks(mapped, truth, {.align = true});
+    places = true_places(map, *errors.match, standing, d.trunks);
   }
   std::vector<LandmarkSeen> seen;
   const TrajectoryIndex truth(d.truth);
@@ -207,6 +209,16 @@ ObstacleErrors obstacle_errors(const slam::LandmarkMap& map, const Demonstration
   return errors;
 }
 
+Trajectory wheels_alone(const DemonstrationInput& input, const Pose2& start) {
+  localize::DeadReckoningOptions options;
+  options.wheelbase = input.ekf.wheelbase;
+  const auto method = localize::dead_reckoning(options, start);
+  for (const Event& event : input.events) method.add(event);
+  Trajectory path;
+  for (const Estimate& e : method.finish().estimates) path.push_back({e.time, e.T_map_robot});
+  return path;
+}
+
 void look_into(const DemonstrationInput& input, Demonstration& d) {
   std::vector<Truth> truth;
   bool scans = false;
@@ -218,6 +230,7 @@ void look_into(const DemonstrationInput& input, Demonstration& d) {
     if (const auto* t = std::get_if<Truth>(&event)) truth.push_back(*t);
   }
   d.truth = truth_of(truth);
+  d.trunks = input.trunks;
   d.fixes = reference_fixes(input.events, input.ekf.wheelbase);
   if (!scans) throw Error("the demonstration needs scans; majak info tells what is in the log");
   if (d.truth.empty() && d.fixes.fixes.empty())
@@ -266,8 +279,10 @@ Demonstration demonstrate(const DemonstrationInput& input) {
     tell(d.runs.back(), reference, {}, known ? Against::held_out : Against::fed);
   }
   for (DemonstrationRun& run : d.runs)
-    for (DemonstrationAnswer* a : {&run.ekf, &run.graph})
-      a->obstacles = obstacle_errors(a->map, d, input.trunks);
+    for (DemonstrationAnswer* a : {&run.ekf, &run.graph}) a->obstacles = obstacle_errors(a->map, d);
+  for (DemonstrationRun& run : d.runs)
+    run.graph.obstacles.split = split_maps(run.graph.map, input.ekf, input.graph);
+  d.wheels = wheels_alone(input, d.with_all().graph.map.localization.estimates.front().T_map_robot);
   return d;
 }
 
@@ -280,6 +295,59 @@ std::vector<PlaceError> pooled(const Demonstration& demonstration, Feed feed, Ag
       if (s.against == against) all.insert(all.end(), s.errors.begin(), s.errors.end());
   }
   return all;
+}
+
+Headline headline(const std::vector<PlaceError>& errors, bool sound_only) {
+  Headline h;
+  std::vector<double> sizes;
+  std::vector<int> groups;
+  std::map<int, std::vector<Vec2>> by_group;
+  double nis = 0, known = 0;
+  for (const PlaceError& e : errors) {
+    if (sound_only && !e.sound) continue;
+    sizes.push_back(e.error());
+    groups.push_back(e.group);
+    by_group[e.group].push_back(e.off);
+    if (e.nis) nis += *e.nis, known += 1;
+  }
+  if (sizes.empty()) return h;
+  h.groups = by_group.size();
+  double spread = 0, dof = 0;
+  for (const auto& [group, offs] : by_group) {
+    Vec2 mean = Vec2::Zero();
+    for (const Vec2& off : offs) mean += off / static_cast<double>(offs.size());
+    for (const Vec2& off : offs) spread += (off - mean).squaredNorm();
+    dof += 2 * static_cast<double>(offs.size() - 1);
+  }
+  if (dof > 0) h.scatter = std::sqrt(spread / dof);
+  if (known > 0) h.nis = nis / known;
+  h.mean = mean_with_confidence(sizes, groups);
+  h.stats = error_stats(std::move(sizes));
+  return h;
+}
+
+namespace {
+
+int square_of(const Vec2& p) {
+  constexpr double kSide = 50;  // m
+  return static_cast<int>(std::floor(p.x() / kSide)) * 1000 +
+         static_cast<int>(std::floor(p.y() / kSide));
+}
+
+}  // namespace
+
+Headline headline(const LandmarkMatch& match, const Demonstration& demonstration) {
+  std::vector<PlaceError> errors;
+  for (const LandmarkMatch::Pair& pair : match.pairs)
+    errors.push_back({0, pair.error, square_of(demonstration.trunks[pair.truth]), true, pair.nees});
+  return headline(errors);
+}
+
+Headline headline(const SplitHalf& split) {
+  std::vector<PlaceError> errors;
+  for (const SplitHalf::Landmark& l : split.landmarks)
+    errors.push_back({0, l.even - l.odd, square_of(l.even), true, {}});
+  return headline(errors);
 }
 
 }  // namespace majak::eval

@@ -14,6 +14,7 @@
 #include "majak/core/event.hpp"
 #include "majak/eval/held_out_fixes.hpp"
 #include "majak/eval/landmarks.hpp"
+#include "majak/eval/statistics.hpp"
 #include "majak/eval/trajectory.hpp"
 #include "majak/slam/landmark_graph.hpp"
 
@@ -45,11 +46,12 @@ const char* name_of(Against against);
 /// One place of a path against the reference at that time.
 struct PlaceError {
   Time time = 0;
-  double error = 0;           ///< m
-  std::size_t group = 0;      ///< what errs together: a burst of fixes, a minute of truth
+  Vec2 off = Vec2::Zero();    ///< m, path less reference, in the reference's axes
+  int group = 0;              ///< what errs together: a burst of fixes, a minute of truth
   bool sound = true;          ///< the reference is, by data alone
   std::optional<double> nis;  ///< by the covariances of path and fix, 2 degrees of freedom;
                               ///< of truth that of the whole pose, 3
+  double error() const { return off.norm(); }
 };
 
 struct PathScore {
@@ -60,8 +62,11 @@ struct PathScore {
 
 /// How well the landmarks stand where they are.
 struct ObstacleErrors {
-  std::optional<LandmarkMatch> match;  ///< with the true ones, nothing aligned
-  SplitHalf split;                     ///< the map by itself
+  std::optional<LandmarkMatch> match;    ///< with the true ones, nothing aligned
+  std::optional<LandmarkMatch> aligned;  ///< the same after one alignment of the whole map
+  /// The map by itself: two maps of the graph; of the filter the sightings of one path. Nothing is
+  /// aligned.
+  SplitHalf split;
   /// Of sightings that are landmarks, against the truth; without it against the map they made.
   std::vector<SightingError> sightings;
 };
@@ -88,7 +93,9 @@ struct DemonstrationRun {
 
 struct Demonstration {
   ReferenceFixes fixes;
-  Trajectory truth;  ///< empty: nobody knows
+  Trajectory truth;          ///< empty: nobody knows
+  std::vector<Vec2> trunks;  ///< as told
+  Trajectory wheels;         ///< dead reckoning, laid onto the finished path where it begins
   Pose2 T_robot_laser;
   std::vector<DemonstrationRun> runs;
   const DemonstrationRun& alone() const { return runs.front(); }    ///< without satellites
@@ -103,5 +110,18 @@ const char* name_of(Feed feed);
 /// The errors of all scores of that kind, over all runs of that kind.
 std::vector<PlaceError> pooled(const Demonstration& demonstration, Feed feed, Against against,
                                bool graph);
+
+/// What is said of errors; how well their mean is known, by groups.
+struct Headline {
+  ErrorStats stats;
+  MeanWithConfidence mean;
+  std::size_t groups = 0;
+  double scatter = 0;         ///< m, each axis, rms about the mean of the group
+  std::optional<double> nis;  ///< mean, where it is known
+};
+Headline headline(const std::vector<PlaceError>& errors, bool sound_only = true);
+/// Of landmarks; those in one square of 50 m go together.
+Headline headline(const LandmarkMatch& match, const Demonstration& demonstration);
+Headline headline(const SplitHalf& split);
 
 }  // namespace majak::eval
