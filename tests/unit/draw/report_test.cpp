@@ -9,10 +9,12 @@
 #include <vector>
 
 #include "majak/draw/map_figure.hpp"
+#include "tests/support/well_formed.hpp"
 
 namespace majak::draw {
 namespace {
 
+using test::expect_well_formed;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
@@ -52,29 +54,6 @@ Constraint closure(std::size_t from, std::size_t to, double chi2, bool enabled =
 
 std::string report_of(const Site& site, const ReportExtras& extras = {}) {
   return report_html(site, map::build_occupancy_grid(site), extras);
-}
-
-/// Elements that are opened are closed, in order; void elements and <.../> aside.
-void expect_well_formed(const std::string& html) {
-  std::vector<std::string> open;
-  for (std::size_t i = html.find('<'); i != std::string::npos; i = html.find('<', i)) {
-    const std::size_t end = html.find('>', i);
-    ASSERT_NE(end, std::string::npos);
-    const std::string tag = html.substr(i + 1, end - i - 1);
-    i = end;
-    const std::string name = tag.substr(0, tag.find_first_of(" /", 1));
-    if (name == "!DOCTYPE" || name == "meta" || name == "input" || tag.back() == '/') continue;
-    if (tag[0] == '/') {
-      ASSERT_FALSE(open.empty()) << tag;
-      ASSERT_EQ("/" + open.back(), tag) << "before position " << i;
-      open.pop_back();
-    } else {
-      open.push_back(name);
-      if (name == "script") i = html.find("</script>", i);
-      if (name == "style") i = html.find("</style>", i);
-    }
-  }
-  EXPECT_TRUE(open.empty());
 }
 
 TEST(FitOf, FollowsChiSquare) {
