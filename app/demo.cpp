@@ -123,8 +123,8 @@ void print_result(const DemoCommand& o, const eval::Demonstration& d) {
     const auto& obstacles = (graph ? d.with_all().graph : d.with_all().ekf).obstacles;
     if (obstacles.match)
       print_line("against the true trunks", graph, eval::headline(*obstacles.match, d));
-    print_line(graph ? "between maps of even and odd minutes" : "between halves of their sightings",
-               graph, eval::headline(obstacles.split));
+    if (obstacles.maps)
+      print_line("between maps of even and odd minutes", graph, eval::headline(*obstacles.maps));
   }
   fmt::print("CPU: EKF {:.2f} s, graph {:.2f} s\n", d.alone().ekf.cpu, d.alone().graph.cpu);
   fmt::print("open: {}\n      {}\n", (fs::path(o.output) / "report.html").string(),

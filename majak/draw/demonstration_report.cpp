@@ -49,8 +49,9 @@ Headline place_headline(const Demonstration& d) {
 }
 
 Headline obstacle_headline(const Demonstration& d, const DemonstrationAnswer& answer) {
-  return answer.obstacles.match ? eval::headline(*answer.obstacles.match, d)
-                                : eval::headline(answer.obstacles.split);
+  return answer.obstacles.match
+             ? eval::headline(*answer.obstacles.match, d)
+             : eval::headline(answer.obstacles.maps.value_or(answer.obstacles.split));
 }
 
 double way_driven(const Demonstration& d) {
@@ -168,15 +169,17 @@ std::vector<Point> way_through(const Poses& poses, const Place& place) {
 }
 
 std::string map_section(const Demonstration& d) {
-  constexpr double kWidth = 1000, kMargin = 15;  // units; m
+  constexpr double kWidth = 1000, kMargin = 5;  // units; m
   const DemonstrationRun& run = d.with_all();
   const auto of_estimate = [](const Estimate& e) { return e.T_map_robot; };
   const auto of_stamped = [](const eval::StampedPose& p) { return p.pose; };
   const auto graph = way_through(run.graph.map.localization.estimates, of_estimate);
+  std::vector<Point> shown = graph;
+  for (const slam::MappedLandmark& l : run.graph.map.landmarks) shown.push_back(point(l.p_map));
   const auto [left, right] =
-      std::minmax_element(graph.begin(), graph.end(), [](auto& a, auto& b) { return a.x < b.x; });
+      std::minmax_element(shown.begin(), shown.end(), [](auto& a, auto& b) { return a.x < b.x; });
   const auto [low, high] =
-      std::minmax_element(graph.begin(), graph.end(), [](auto& a, auto& b) { return a.y < b.y; });
+      std::minmax_element(shown.begin(), shown.end(), [](auto& a, auto& b) { return a.y < b.y; });
   const double unit = (right->x - left->x + 2 * kMargin) / kWidth;
   const double height = (high->y - low->y + 2 * kMargin) / unit;
   const View view(left->x - kMargin, low->y - kMargin, unit, height);
@@ -184,8 +187,7 @@ std::string map_section(const Demonstration& d) {
   std::vector<Layer> layers;
   std::string svg = fmt::format(
       "<svg class=\"map plain\" id=\"map\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"path "
-      "and "
-      "landmarks\">\n",
+      "and landmarks\">\n",
       kWidth, number(height));
   const auto add = [&](const std::string& layer, const char* style, std::string label, bool shown) {
     svg += layer;
@@ -263,10 +265,14 @@ std::string error_section(const Demonstration& d) {
 
 Row obstacle_row(const Demonstration& d, const DemonstrationRun& run, bool graph) {
   const DemonstrationAnswer& a = graph ? run.graph : run.ekf;
-  const Headline split = eval::headline(a.obstacles.split);
-  Row row = {
-      eval::name_of(run.feed), graph ? "graph" : "EKF",    std::to_string(a.map.landmarks.size()),
-      number(split.mean.mean), number(split.stats.median), std::to_string(split.stats.count)};
+  Row row = {eval::name_of(run.feed), graph ? "graph" : "EKF",
+             std::to_string(a.map.landmarks.size()), number(a.obstacles.split.error.mean)};
+  if (const auto& maps = a.obstacles.maps)
+    row.insert(row.end(), {number(maps->error.mean), number(maps->error.median),
+                           number(eval::aligned(*maps).error.mean)});
+  else
+    row.insert(row.end(), {"", "", ""});
+  row.push_back(std::to_string(a.obstacles.split.error.count));
   if (!a.obstacles.match) return row;
   const eval::LandmarkMatch& match = *a.obstacles.match;
   const Headline h = eval::headline(match, d);
@@ -297,7 +303,7 @@ std::string range_words(const Demonstration& d) {
 }
 
 std::string obstacle_section(const Demonstration& d) {
-  Row head = {"",          "method",           "landmarks", "split halves: mean, m",
+  Row head = {"",          "method",           "landmarks", "halves, one path: m", "two maps: m",
               "median, m", "aligned: mean, m", "number"};
   if (!d.trunks.empty())
     head.insert(head.end(), {"error: mean, m", "median, m", "max, m", "aligned: mean, m", "trunks",
@@ -305,8 +311,13 @@ std::string obstacle_section(const Demonstration& d) {
   std::vector<Row> rows;
   for (const DemonstrationRun& run : d.runs)
     for (const bool graph : {false, true}) rows.push_back(obstacle_row(d, run, graph));
-  return section("The obstacles", table(head, rows) + soft(range_words(d)) +
-                                      figure_in_page(errors_over_range(d), "errors over range"));
+  return section(
+      "The obstacles",
+      table(head, rows) +
+          soft("How far apart each trunk stands by what was seen of it in the even and in the "
+               "odd minutes: on one path, and in two maps that were made of them separately, "
+               "before and after one alignment.") +
+          soft(range_words(d)) + figure_in_page(errors_over_range(d), "errors over range"));
 }
 
 std::string consistency_section(const Demonstration& d) {
@@ -325,17 +336,18 @@ std::string learnt_section(const Demonstration& d) {
 }
 
 std::string happened_section(const Demonstration& d) {
-  std::vector<Row> rows;
+  std::vector<std::string> words;
   for (const DemonstrationRun& run : d.runs) {
     std::int64_t health[3] = {};
     for (const Estimate& e : run.ekf.map.localization.estimates)
       ++health[static_cast<std::size_t>(e.health)];
-    rows.push_back({eval::name_of(run.feed), fmt::format("{} poses ok, {} degraded, {} lost",
-                                                         health[0], health[1], health[2])});
+    std::string text = fmt::format("{}: {} poses ok, {} degraded, {} lost", eval::name_of(run.feed),
+                                   health[0], health[1], health[2]);
     for (const auto& [what, entry] : run.ekf.map.localization.report.entries())
-      rows.push_back({"", fmt::format("{} x {}", entry.count, what)});
+      text += fmt::format("; {} x {}", entry.count, what);
+    words.push_back(text);
   }
-  return section("What happened", table({}, rows));
+  return section("What happened", list(words));
 }
 
 std::string time_section(const Demonstration& d) {

@@ -281,7 +281,7 @@ Demonstration demonstrate(const DemonstrationInput& input) {
   for (DemonstrationRun& run : d.runs)
     for (DemonstrationAnswer* a : {&run.ekf, &run.graph}) a->obstacles = obstacle_errors(a->map, d);
   for (DemonstrationRun& run : d.runs)
-    run.graph.obstacles.split = split_maps(run.graph.map, input.ekf, input.graph);
+    run.graph.obstacles.maps = split_maps(run.graph.map, input.ekf, input.graph);
   d.wheels = wheels_alone(input, d.with_all().graph.map.localization.estimates.front().T_map_robot);
   return d;
 }

@@ -64,9 +64,8 @@ struct PathScore {
 struct ObstacleErrors {
   std::optional<LandmarkMatch> match;    ///< with the true ones, nothing aligned
   std::optional<LandmarkMatch> aligned;  ///< the same after one alignment of the whole map
-  /// The map by itself: two maps of the graph; of the filter the sightings of one path. Nothing is
-  /// aligned.
-  SplitHalf split;
+  SplitHalf split;                       ///< the map by itself: halves of the sightings, one path
+  std::optional<SplitHalf> maps;         ///< and two maps of the graph, nothing aligned
   /// Of sightings that are landmarks, against the truth; without it against the map they made.
   std::vector<SightingError> sightings;
 };
