@@ -122,7 +122,7 @@ void print_result(const DemoCommand& o, const eval::Demonstration& d) {
   for (const bool graph : {false, true}) {
     const auto& obstacles = (graph ? d.with_all().graph : d.with_all().ekf).obstacles;
     if (obstacles.match)
-      print_line("against the true trunks", graph, eval::headline(*obstacles.match, d));
+      print_line("against the true trunks", graph, eval::headline(*obstacles.match, d.trunks));
     if (obstacles.maps)
       print_line("between maps of even and odd minutes", graph, eval::headline(*obstacles.maps));
   }

@@ -50,7 +50,7 @@ Headline place_headline(const Demonstration& d) {
 
 Headline obstacle_headline(const Demonstration& d, const DemonstrationAnswer& answer) {
   return answer.obstacles.match
-             ? eval::headline(*answer.obstacles.match, d)
+             ? eval::headline(*answer.obstacles.match, d.trunks)
              : eval::headline(answer.obstacles.maps.value_or(answer.obstacles.split));
 }
 
@@ -275,7 +275,7 @@ Row obstacle_row(const Demonstration& d, const DemonstrationRun& run, bool graph
   row.push_back(std::to_string(a.obstacles.split.error.count));
   if (!a.obstacles.match) return row;
   const eval::LandmarkMatch& match = *a.obstacles.match;
-  const Headline h = eval::headline(match, d);
+  const Headline h = eval::headline(match, d.trunks);
   row.insert(row.end(), {number(h.mean.mean, 3), number(h.stats.median, 3), number(h.stats.max),
                          number(a.obstacles.aligned->error.mean, 3),
                          std::to_string(match.pairs.size()), std::to_string(match.missed.size()),

@@ -13,8 +13,8 @@
 
 #include "majak/core/event.hpp"
 #include "majak/eval/held_out_fixes.hpp"
-#include "majak/eval/landmarks.hpp"
-#include "majak/eval/statistics.hpp"
+#include "majak/eval/obstacle_errors.hpp"
+#include "majak/eval/path_score.hpp"
 #include "majak/eval/trajectory.hpp"
 #include "majak/slam/landmark_graph.hpp"
 
@@ -34,41 +34,7 @@ struct DemonstrationInput {
 
 /// Which fixes a run is fed with.
 enum class Feed : std::uint8_t { none, fold, cut_off, all };
-
-enum class Against : std::uint8_t {
-  aligned,     ///< all of the reference, after one alignment of the whole path
-  first_pose,  ///< all of it, the first pose alone made equal
-  held_out,    ///< what was withheld, nothing aligned
-  fed          ///< the fixes it was fed with, as the thesis did: no independent witness
-};
-const char* name_of(Against against);
-
-/// One place of a path against the reference at that time.
-struct PlaceError {
-  Time time = 0;
-  Vec2 off = Vec2::Zero();    ///< m, path less reference, in the reference's axes
-  int group = 0;              ///< what errs together: a burst of fixes, a minute of truth
-  bool sound = true;          ///< the reference is, by data alone
-  std::optional<double> nis;  ///< by the covariances of path and fix, 2 degrees of freedom;
-                              ///< of truth that of the whole pose, 3
-  double error() const { return off.norm(); }
-};
-
-struct PathScore {
-  Against against = Against::aligned;
-  Pose2 T_reference_map;
-  std::vector<PlaceError> errors;
-};
-
-/// How well the landmarks stand where they are.
-struct ObstacleErrors {
-  std::optional<LandmarkMatch> match;    ///< with the true ones, nothing aligned
-  std::optional<LandmarkMatch> aligned;  ///< the same after one alignment of the whole map
-  SplitHalf split;                       ///< the map by itself: halves of the sightings, one path
-  std::optional<SplitHalf> maps;         ///< and two maps of the graph, nothing aligned
-  /// Of sightings that are landmarks, against the truth; without it against the map they made.
-  std::vector<SightingError> sightings;
-};
+const char* name_of(Feed feed);
 
 struct DemonstrationAnswer {
   slam::LandmarkMap map;
@@ -104,23 +70,8 @@ struct Demonstration {
 /// Throws Error where the log has no scans, or neither fixes nor truth.
 Demonstration demonstrate(const DemonstrationInput& input);
 
-const char* name_of(Feed feed);
-
 /// The errors of all scores of that kind, over all runs of that kind.
 std::vector<PlaceError> pooled(const Demonstration& demonstration, Feed feed, Against against,
                                bool graph);
-
-/// What is said of errors; how well their mean is known, by groups.
-struct Headline {
-  ErrorStats stats;
-  MeanWithConfidence mean;
-  std::size_t groups = 0;
-  double scatter = 0;         ///< m, each axis, rms about the mean of the group
-  std::optional<double> nis;  ///< mean, where it is known
-};
-Headline headline(const std::vector<PlaceError>& errors, bool sound_only = true);
-/// Of landmarks; those in one square of 50 m go together.
-Headline headline(const LandmarkMatch& match, const Demonstration& demonstration);
-Headline headline(const SplitHalf& split);
 
 }  // namespace majak::eval

@@ -115,7 +115,7 @@ TEST(Demonstration, ObstaclesAgainstTheTrueOnesAndAgainstThemselves) {
     ASSERT_TRUE(a->obstacles.match);
     EXPECT_GT(a->obstacles.match->pairs.size(), 20U);
     EXPECT_LT(a->obstacles.aligned->error.rms, a->obstacles.match->error.rms);
-    EXPECT_LT(headline(*a->obstacles.match, d).mean.mean, 0.5);
+    EXPECT_LT(headline(*a->obstacles.match, d.trunks).mean.mean, 0.5);
     EXPECT_FALSE(a->obstacles.sightings.empty());
   }
   EXPECT_FALSE(on_fixes().with_all().graph.obstacles.match);
