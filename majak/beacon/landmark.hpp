@@ -14,7 +14,8 @@ struct LandmarkSighting {
   double bearing = 0;                         ///< rad, counter-clockwise from ahead
   double range_sigma = 0, bearing_sigma = 0;  ///< m, rad
   double diameter = 0, diameter_sigma = 0;    ///< m; of trunks
-  std::size_t beam = 0;                       ///< in its middle: tells when it was seen
+  double depth = 0;      ///< of a diameter: range is that of what was seen and this much more
+  std::size_t beam = 0;  ///< in its middle: tells when it was seen
 
   Vec2 p_laser() const { return {range * std::cos(bearing), range * std::sin(bearing)}; }
 };

@@ -7,9 +7,10 @@
 namespace majak::beacon {
 namespace {
 
-constexpr double kUneven = 0.15;  // m, by which bark and branches differ from a circle
-constexpr double kVague = 0.5;    // of an angle step, of where an edge lies
-constexpr double kLost = 0.1;     // m between the beams beside one that was lost on a trunk
+constexpr double kUneven = 0.15;    // m, by which bark and branches differ from a circle
+constexpr double kVague = 0.5;      // of an angle step, of where an edge lies
+constexpr double kThinnest = 1e-4;  // rad, half the angle of what is no wider than a beam
+constexpr double kLost = 0.1;       // m between the beams beside one that was lost on a trunk
 
 // What a beam tells beside a trunk: nothing nearer than `range` may be there, and nothing is known
 // of a beam that was dazzled.
@@ -27,28 +28,34 @@ std::size_t next_on(const Scan& scan, std::size_t beam, double gap) {
   return lost && off(beam + 2) < kLost ? beam + 2 : beam;
 }
 
-// Of a circle that is seen under `wide` rad and whose nearest point is `near` m off:
-// sin(wide / 2) = (d / 2) / (near + d / 2).
-double diameter(double near, double wide) {
-  const double sine = std::sin(std::clamp(wide / 2, 0.0, kPi / 4));
+// Of a circle that is seen under the half angle `half` and whose nearest point is `near` m off:
+// sin(half) = (d / 2) / (near + d / 2).
+double diameter(double near, double half) {
+  const double sine = std::sin(half);
   return 2 * near * sine / (1 - sine);
 }
 
-// Way to the centre of a circle in the middle of these beams: each says where the centre is if it
-// met a circle of that diameter; the outer ones tell little.
-double centre_range(const Scan& scan, std::size_t first, std::size_t last, double diameter) {
-  const std::size_t edge = (last - first + 1) / 4;
+// Way to the bark in the direction `aside`, in the mean over these beams.
+double bark_range(const Scan& scan, std::size_t first, std::size_t last, double aside) {
   double sum = 0;
-  int middle = 0;
-  for (std::size_t i = first + edge; i <= last - edge; ++i) {
-    const double r = scan.ranges[i], aside = 0.5 * (scan.angle(last) + scan.angle(first));
-    if (!std::isfinite(r)) continue;
-    const double off = r * std::sin(scan.angle(i) - aside);
-    sum += r * std::cos(scan.angle(i) - aside) +
-           std::sqrt(std::max(0.0, diameter * diameter / 4 - off * off));
-    ++middle;
+  int met = 0;
+  for (std::size_t i = first; i <= last; ++i)
+    if (std::isfinite(scan.ranges[i]))
+      sum += scan.ranges[i] * std::cos(scan.angle(i) - aside), ++met;
+  return sum / met;
+}
+
+// How far behind that the centre is, of a diameter, seen under the half angle `half`: the mean over
+// directions that are spread evenly over this share of it (MATH 14.2).
+double depth(double share, double half) {
+  constexpr int kParts = 16;
+  const double sine = std::sin(half);
+  double sum = 0;
+  for (int i = 0; i < kParts; ++i) {
+    const double angle = share * half * (i + 0.5) / kParts, across = std::sin(angle) / sine;
+    sum += across * across * sine + std::cos(angle) * std::sqrt(1 - across * across);
   }
-  return sum / middle;
+  return sum / (2 * kParts);
 }
 
 Vec2 point(const Scan& scan, std::size_t beam) {
@@ -85,15 +92,19 @@ std::vector<LandmarkSighting> find_trunks(const Scan& scan, const TrunkOptions& 
     if (beams < o.least_beams || last + 1 >= n) continue;
     if (!clear(scan, first - 1, far + o.clearance) || !clear(scan, last + 1, far + o.clearance))
       continue;
-    const double d = diameter(near, beams * step - o.spot);
+    const double half = std::clamp(0.5 * (beams * step - o.spot), kThinnest, kPi / 4);
+    const double d = diameter(near, half);
     if (d > o.max_diameter || far - near > d / 2 + kUneven) continue;
     if (!lone(scan, first, last, near, o.lone)) continue;
     LandmarkSighting s;
     s.diameter = d;
     s.diameter_sigma = std::hypot(near * step * kVague, kUneven / 3);
-    s.range = centre_range(scan, first, last, d);
-    s.bearing = wrap_angle(0.5 * (scan.angle(first) + scan.angle(last)));
-    s.range_sigma = std::hypot(o.range_sigma, s.diameter_sigma / 2);
+    const std::size_t edge = (last - first + 1) / 4;  // the outer beams tell little
+    s.bearing = 0.5 * (scan.angle(first) + scan.angle(last));
+    s.depth = depth(1 - 2.0 * static_cast<double>(edge) / beams, half);
+    s.range = bark_range(scan, first + edge, last - edge, s.bearing) + s.depth * d;
+    s.bearing = wrap_angle(s.bearing);
+    s.range_sigma = std::hypot(o.range_sigma, s.depth * s.diameter_sigma);
     s.bearing_sigma = o.bearing_sigma * step;
     s.beam = (first + last) / 2;
     found.push_back(s);

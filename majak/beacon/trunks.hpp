@@ -18,7 +18,7 @@ struct TrunkOptions {
   double clearance = 1.0;      ///< m, by which everything beside it must be farther
   double lone = 1.2;           ///< m, within which nothing else may be seen: no hedge, no crowd
   int least_beams = 2;         ///< that see it
-  double spot = 0.003;         ///< rad, by which the beam's width makes it look wider
+  double spot = 0.006;         ///< rad, by which the beam's width makes it look wider
   double range_sigma = 0.05;   ///< m, of the range to the bark
   double bearing_sigma = 0.3;  ///< of an angle step
 };

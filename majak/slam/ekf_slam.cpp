@@ -22,9 +22,8 @@ using motion::WheelStep;
 // satellites err now.
 constexpr int kCrab = MotionInput::kCrab, kLag = MotionInput::kLag,
               kAntenna = MotionInput::kNumbers, kSlow = kAntenna + 2;
-constexpr double kSightings = 20;  // that the mean diameter remembers
-constexpr double kThrough = 0.7;   // m behind a landmark where a beam ends that went through it
-constexpr double kForgotten = 1;   // s after which a guess that is not seen again is dropped
+constexpr double kThrough = 0.7;  // m behind a landmark where a beam ends that went through it
+constexpr double kForgotten = 1;  // s after which a guess that is not seen again is dropped
 constexpr int kNew = -1, kDoubted = -2;  // choices that are no pairing
 constexpr double kInView = 20;           // m, within which a landmark must be seen
 
@@ -105,12 +104,43 @@ std::vector<EkfSlam::Seen> EkfSlam::look(const Scan& scan) const {
     const double across = s.range * s.bearing_sigma;
     const Eigen::Matrix2d turn =
         Eigen::Rotation2Dd(T_robot_laser.theta + s.bearing).toRotationMatrix();
+    const double bark = options_.trunks.range_sigma;
     Eigen::Matrix2d noise =
-        turn * Vec2(s.range_sigma * s.range_sigma, across * across).asDiagonal() * turn.transpose();
+        turn * Vec2(bark * bark, across * across).asDiagonal() * turn.transpose();
     noise.diagonal().array() += options_.point_sigma * options_.point_sigma;
-    seen.push_back({q, noise, s.diameter, s.diameter_sigma});
+    seen.push_back(
+        {q, s.depth * turn.col(0), noise, s.diameter, s.diameter_sigma * s.diameter_sigma});
   }
   return seen;
+}
+
+// The bark is what was seen; how far behind it the centre is, the diameter says.
+EkfSlam::Centre EkfSlam::centre(const Seen& seen, double diameter, double variance) {
+  return {seen.q_robot + (diameter - seen.diameter) * seen.by_diameter,
+          seen.noise + variance * seen.by_diameter * seen.by_diameter.transpose()};
+}
+
+// Whose diameter is known from many sightings, most of all from near ones: a single one from far
+// off tells little of it, and errs always to the same side.
+EkfSlam::Centre EkfSlam::centre(const Seen& seen, int id) const {
+  Known known = known_[static_cast<std::size_t>(id)];
+  known.measure(seen);
+  return centre(seen, known.diameter, known.diameter_variance);
+}
+
+void EkfSlam::Known::measure(const Seen& seen) {
+  const double share = diameter_variance / (diameter_variance + seen.diameter_variance);
+  diameter += share * (seen.diameter - diameter);
+  diameter_variance *= 1 - share;
+}
+
+void EkfSlam::remember(const Seen& seen, int id) {
+  Known& known = known_[static_cast<std::size_t>(id)];
+  known.measure(seen);
+  ++known.sightings;
+  known.missed = 0;
+  known.last = clock_;
+  sightings_.push_back({estimates_.size(), id, seen});
 }
 
 // q = R' (l - t), the landmark in the robot's frame.
@@ -121,9 +151,10 @@ Pairing EkfSlam::pair(const Seen& seen, int id) const {
   Pairing p;
   p.landmark = id;
   p.column = filter_.column(id);
-  p.innovation = seen.q_robot - q;
+  const Centre seen_at = centre(seen, id);
+  p.innovation = seen_at.q_robot - q;
   p.by_state << -back, Vec2(q.y(), -q.x()), back;
-  p.spread = shared_spread(p, p, filter_.covariance()) + seen.noise;
+  p.spread = shared_spread(p, p, filter_.covariance()) + seen_at.noise;
   p.nis = p.innovation.dot(p.spread.inverse() * p.innovation);
   return p;
 }
@@ -131,12 +162,13 @@ Pairing EkfSlam::pair(const Seen& seen, int id) const {
 std::vector<Pairing> EkfSlam::candidates(const Seen& seen) const {
   constexpr double kReach = 15;  // m, farther off nothing is looked at
   const double gate = chi_square_quantile(options_.association.gate, 2);
+  const double diameter_variance = options_.diameter_sigma * options_.diameter_sigma;
   const Vec2 p_map = filter_.T_map_robot() * seen.q_robot;
   std::vector<Pairing> found;
   for (const int id : filter_.near()) {
     if ((filter_.landmark(id) - p_map).squaredNorm() > kReach * kReach) continue;
     const double wider = seen.diameter - known_[static_cast<std::size_t>(id)].diameter;
-    if (std::abs(wider) > 3 * std::hypot(seen.diameter_sigma, options_.diameter_sigma)) continue;
+    if (wider * wider > 9 * (seen.diameter_variance + diameter_variance)) continue;
     const Pairing p = pair(seen, id);
     if (p.nis < gate) found.push_back(p);
   }
@@ -181,13 +213,8 @@ void EkfSlam::correct(const std::vector<Seen>& seen,
     residual.segment<2>(row) = p.innovation;
     by_state.block<2, 3>(row, 0) = p.by_state.leftCols<3>();
     by_state.block<2, 2>(row, p.column) = p.by_state.rightCols<2>();
-    noise.block<2, 2>(row, row) = seen[s].noise;
-    Known& known = known_[static_cast<std::size_t>(p.landmark)];
-    known.diameter += (seen[s].diameter - known.diameter) /
-                      std::min(kSightings, static_cast<double>(++known.sightings));
-    known.missed = 0;
-    known.last = clock_;
-    observations_.push_back({estimates_.size(), p.landmark, seen[s].q_robot, seen[s].noise});
+    noise.block<2, 2>(row, row) = centre(seen[s], p.landmark).noise;
+    remember(seen[s], p.landmark);
     row += 2;
   }
   const double nis = filter_.correct(residual, by_state, noise);
@@ -212,9 +239,11 @@ void EkfSlam::initialise(const std::vector<Seen>& seen, const std::vector<int>& 
   const bool first = known_.empty();  // where the map begins
   for (const std::size_t s : fresh) {
     if (!first && !confirmed(seen[s])) continue;
-    const int id = filter_.add(seen[s].q_robot, seen[s].noise);
-    known_.push_back({clock_, 0, 0, 1, 0, seen[s].diameter, false});
-    observations_.push_back({estimates_.size(), id, seen[s].q_robot, seen[s].noise});
+    const double diameter = seen[s].diameter, variance = seen[s].diameter_variance;
+    const Centre at = centre(seen[s], diameter, variance);
+    const int id = filter_.add(at.q_robot, at.noise);
+    known_.push_back({clock_, 0, 0, 1, 0, diameter, variance, false});
+    sightings_.push_back({estimates_.size(), id, seen[s]});
   }
 }
 
@@ -358,9 +387,12 @@ LandmarkMap EkfSlam::finish() {
     number[i] = static_cast<int>(map.landmarks.size());
     map.landmarks.push_back(m);
   }
-  for (LandmarkObservation o : observations_) {
-    o.landmark = number[static_cast<std::size_t>(o.landmark)];
-    if (o.landmark >= 0) map.observations.push_back(o);
+  for (const Sighting& s : sightings_) {
+    const Known& known = known_[static_cast<std::size_t>(s.landmark)];
+    const int id = number[static_cast<std::size_t>(s.landmark)];
+    if (id < 0) continue;
+    const Centre at = centre(s.seen, known.diameter, known.diameter_variance);
+    map.observations.push_back({s.scan, id, at.q_robot, at.noise});
   }
   map.localization.estimates = estimates_;
   map.steps = steps_;

@@ -111,17 +111,30 @@ class EkfSlam {
   const filter::LandmarkFilter& filter() const { return filter_; }
 
  private:
+  /// A sighting; `noise` is that of its bark.
   struct Seen {
+    Vec2 q_robot;      ///< its centre, if its diameter is as it looks
+    Vec2 by_diameter;  ///< derivative of the former
+    Eigen::Matrix2d noise;
+    double diameter, diameter_variance;  ///< as it looks
+  };
+  struct Centre {
     Vec2 q_robot;
     Eigen::Matrix2d noise;
-    double diameter, diameter_sigma;
   };
   struct Known {
+    void measure(const Seen& seen);  ///< its diameter
+
     Time last = 0, returned = 0;
     int returns = 0;
     int sightings = 0, missed = 0;
-    double diameter = 0;
+    double diameter = 0, diameter_variance = 0;  ///< m, m^2
     bool gone = false;
+  };
+  struct Sighting {
+    std::size_t scan;
+    int landmark;
+    Seen seen;
   };
 
   /// Seen, but not often enough yet.
@@ -137,6 +150,9 @@ class EkfSlam {
   std::vector<Pairing> candidates(const Seen& seen) const;
   void doubt(Time time, const std::vector<std::vector<Pairing>>& allowed, std::vector<int>& choice);
   Pairing pair(const Seen& seen, int id) const;
+  static Centre centre(const Seen& seen, double diameter, double variance);
+  Centre centre(const Seen& seen, int id) const;
+  void remember(const Seen& seen, int id);
   void correct(const std::vector<Seen>& seen, const std::vector<std::vector<Pairing>>& candidates,
                const std::vector<int>& choice);
   void initialise(const std::vector<Seen>& seen, const std::vector<int>& choice);
@@ -154,7 +170,7 @@ class EkfSlam {
   localize::GpsPieces pieces_;
   std::vector<Known> known_;  ///< by the filter's number
   std::vector<Guess> guesses_;
-  std::vector<LandmarkObservation> observations_;
+  std::vector<Sighting> sightings_;
   std::vector<MotionInput::Motion> steps_;
   std::vector<FixObservation> fixes_;
   MotionInput::Motion since_scan_;

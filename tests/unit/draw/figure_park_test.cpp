@@ -75,7 +75,7 @@ TEST(FigurePark, FarSightingsErrByTheHeading) {
   EXPECT_GT(at(all, 42.5), 1.6 * at(along, 42.5));
   EXPECT_GT(at(heading, 42.5), at(laser, 42.5));
   EXPECT_GT(at(heading, 42.5), 3 * at(heading, 7.5));
-  EXPECT_LT(std::abs(at(laser, 42.5) - at(along, 42.5)), 0.03);  // it sees alike both ways
+  EXPECT_LT(at(laser, 42.5), 0.12);
   // They know nothing of each other: squares add up.
   for (const double range : {12.5, 22.5, 32.5, 42.5})
     EXPECT_NEAR(std::hypot(at(heading, range), at(laser, range)), at(all, range),
