@@ -25,6 +25,9 @@ constexpr int kCrab = MotionInput::kCrab, kLag = MotionInput::kLag,
 constexpr double kThrough = 0.7;  // m behind a landmark where a beam ends that went through it
 constexpr double kForgotten = 1;  // s after which a guess that is not seen again is dropped
 constexpr int kNew = -1, kDoubted = -2;  // choices that are no pairing
+constexpr const char* kStuck =
+    "scans in which the landmarks turned and the steering stayed as it was: it is stuck";
+constexpr const char* kSlipped = "scans in which the landmarks contradicted the wheels";
 constexpr double kInView = 20;           // m, within which a landmark must be seen
 
 LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {
@@ -65,6 +68,7 @@ void EkfSlam::predict(Time time) {
   motion.keep.tail<2>().setConstant(keep);
   motion.extra_noise.tail<2>().setConstant(options_.gps_sigma * options_.gps_sigma *
                                            (1 - keep * keep));
+  if (mistrusted(time)) motion.noise.diagonal().array() += told_nothing(seconds);
   filter_.predict(motion);
   since_scan_.then(motion);
   clock_ = begun_ ? std::max(clock_, time) : time;
@@ -80,12 +84,12 @@ Estimate EkfSlam::see(const Scan& scan) {
     looked_from_ = here;
   }
   const std::vector<Seen> seen = look(scan);
-  std::vector<std::vector<Pairing>> allowed;
-  for (const Seen& s : seen) allowed.push_back(candidates(s));
-  std::vector<int> choice = associate_jointly(allowed, filter_.covariance(), options_.association);
-  doubt(scan.time, allowed, choice);
-  correct(seen, allowed, choice);
-  initialise(seen, choice);
+  Matching matching = match(seen, filter_.covariance());
+  match_without_wheels(seen, matching);
+  if (mistrusted(clock_)) report_.count(stuck_ ? kStuck : kSlipped);
+  doubt(scan.time, matching);
+  correct(seen, matching);
+  initialise(seen, matching.choice);
   forget(scan);
   estimates_.push_back(estimate(scan.time));
   return estimates_.back();
@@ -144,7 +148,7 @@ void EkfSlam::remember(const Seen& seen, int id) {
 }
 
 // q = R' (l - t), the landmark in the robot's frame.
-Pairing EkfSlam::pair(const Seen& seen, int id) const {
+Pairing EkfSlam::pair(const Seen& seen, int id, const Eigen::MatrixXd& covariance) const {
   const Pose2& at = filter_.T_map_robot();
   const Eigen::Matrix2d back = Eigen::Rotation2Dd(at.theta).toRotationMatrix().transpose();
   const Vec2 q = back * (filter_.landmark(id) - at.translation());
@@ -154,12 +158,13 @@ Pairing EkfSlam::pair(const Seen& seen, int id) const {
   const Centre seen_at = centre(seen, id);
   p.innovation = seen_at.q_robot - q;
   p.by_state << -back, Vec2(q.y(), -q.x()), back;
-  p.spread = shared_spread(p, p, filter_.covariance()) + seen_at.noise;
+  p.spread = shared_spread(p, p, covariance) + seen_at.noise;
   p.nis = p.innovation.dot(p.spread.inverse() * p.innovation);
   return p;
 }
 
-std::vector<Pairing> EkfSlam::candidates(const Seen& seen) const {
+std::vector<Pairing> EkfSlam::candidates(const Seen& seen,
+                                         const Eigen::MatrixXd& covariance) const {
   constexpr double kReach = 15;  // m, farther off nothing is looked at
   const double gate = chi_square_quantile(options_.association.gate, 2);
   const double diameter_variance = options_.diameter_sigma * options_.diameter_sigma;
@@ -169,7 +174,7 @@ std::vector<Pairing> EkfSlam::candidates(const Seen& seen) const {
     if ((filter_.landmark(id) - p_map).squaredNorm() > kReach * kReach) continue;
     const double wider = seen.diameter - known_[static_cast<std::size_t>(id)].diameter;
     if (wider * wider > 9 * (seen.diameter_variance + diameter_variance)) continue;
-    const Pairing p = pair(seen, id);
+    const Pairing p = pair(seen, id, covariance);
     if (p.nis < gate) found.push_back(p);
   }
   std::stable_sort(found.begin(), found.end(),
@@ -177,29 +182,80 @@ std::vector<Pairing> EkfSlam::candidates(const Seen& seen) const {
   return found;
 }
 
+const Pairing* EkfSlam::Matching::pairing(std::size_t sighting) const {
+  const int c = choice[sighting];
+  return c < 0 ? nullptr : &allowed[sighting][static_cast<std::size_t>(c)];
+}
+
+EkfSlam::Matching EkfSlam::match(const std::vector<Seen>& seen,
+                                 const Eigen::MatrixXd& covariance) const {
+  Matching matching;
+  for (const Seen& s : seen) matching.allowed.push_back(candidates(s, covariance));
+  matching.choice = associate_jointly(matching.allowed, covariance, options_.association);
+  for (std::size_t s = 0; s < seen.size(); ++s)
+    if (const Pairing* p = matching.pairing(s)) matching.followed += just_seen(p->landmark);
+  return matching;
+}
+
+bool EkfSlam::just_seen(int id) const {
+  return !estimates_.empty() && known_[static_cast<std::size_t>(id)].last == estimates_.back().time;
+}
+
+// ---- Wheels that err more than they ever say -------------------------------------------------
+
+// A sensor that is stuck tells nothing until it moves again.
+bool EkfSlam::mistrusted(Time time) {
+  stuck_ = stuck_ && motion_.steering_held() > options_.stuck;
+  return stuck_ || time < mistrusted_until_;
+}
+
+double EkfSlam::told_nothing(double seconds) const {
+  return options_.mistrusted_noise * options_.mistrusted_noise * seconds;
+}
+
+// Most landmarks of the scan before are seen no more, and would be if the robot had moved otherwise:
+// they are believed, all together, and the wheels are not.
+void EkfSlam::match_without_wheels(const std::vector<Seen>& seen, Matching& matching) {
+  const auto& near = filter_.near();
+  const auto before =
+      static_cast<int>(std::count_if(near.begin(), near.end(), [&](int i) { return just_seen(i); }));
+  if (before < 2 || 2 * matching.followed >= before || mistrusted(clock_)) return;
+  const double seconds = to_seconds(clock_ - estimates_.back().time);
+  filter::RelativeInput<LandmarkFilter::kExtra> more;
+  more.at = filter_.extra();
+  more.noise.diagonal().setConstant(told_nothing(seconds));
+  Eigen::MatrixXd covariance = filter_.covariance();
+  covariance.topLeftCorner<3, 3>() += more.noise;
+  Matching without = match(seen, covariance);
+  if (without.followed < matching.followed + 2 || 2 * without.followed < before) return;
+  matching = std::move(without);
+  filter_.predict(more);
+  steps_.back().noise += more.noise;
+  mistrusted_until_ = clock_ + from_seconds(options_.mistrust);
+  stuck_ = motion_.steering_held() > options_.stuck;
+}
+
 // Landmarks that were not seen for long come back by several at once, or again and again: a single
 // bush that happens to stand where a trunk was foretold must not turn the map.
-void EkfSlam::doubt(Time time, const std::vector<std::vector<Pairing>>& allowed,
-                    std::vector<int>& choice) {
+void EkfSlam::doubt(Time time, Matching& matching) {
   std::vector<std::size_t> returning;
-  for (std::size_t s = 0; s < choice.size(); ++s) {
-    if (choice[s] < 0) continue;
-    Known& known =
-        known_[static_cast<std::size_t>(allowed[s][static_cast<std::size_t>(choice[s])].landmark)];
+  for (std::size_t s = 0; s < matching.choice.size(); ++s) {
+    const Pairing* pairing = matching.pairing(s);
+    if (!pairing) continue;
+    Known& known = known_[static_cast<std::size_t>(pairing->landmark)];
     if (to_seconds(time - known.last) < options_.recent) continue;
     known.returns = to_seconds(time - known.returned) < 1 ? known.returns + 1 : 1;
     known.returned = time;
     if (known.returns < options_.witnesses) returning.push_back(s);
   }
   if (static_cast<int>(returning.size()) >= options_.witnesses) return;
-  for (const std::size_t s : returning) choice[s] = kDoubted;
+  for (const std::size_t s : returning) matching.choice[s] = kDoubted;
 }
 
 // ---- Correction ------------------------------------------------------------------------------
 
-void EkfSlam::correct(const std::vector<Seen>& seen,
-                      const std::vector<std::vector<Pairing>>& allowed,
-                      const std::vector<int>& choice) {
+void EkfSlam::correct(const std::vector<Seen>& seen, const Matching& matching) {
+  const auto& choice = matching.choice;
   const auto n = 2 * static_cast<Eigen::Index>(
                          std::count_if(choice.begin(), choice.end(), [](int c) { return c >= 0; }));
   if (n == 0) return;
@@ -209,7 +265,7 @@ void EkfSlam::correct(const std::vector<Seen>& seen,
   Eigen::Index row = 0;
   for (std::size_t s = 0; s < seen.size(); ++s) {
     if (choice[s] < 0) continue;
-    const Pairing& p = allowed[s][static_cast<std::size_t>(choice[s])];
+    const Pairing& p = *matching.pairing(s);
     residual.segment<2>(row) = p.innovation;
     by_state.block<2, 3>(row, 0) = p.by_state.leftCols<3>();
     by_state.block<2, 2>(row, p.column) = p.by_state.rightCols<2>();
@@ -231,7 +287,7 @@ void EkfSlam::initialise(const std::vector<Seen>& seen, const std::vector<int>& 
     const auto& near = filter_.near();
     const bool apart = std::all_of(near.begin(), near.end(), [&](int id) {
       const double off = (filter_.landmark(id) - p_map).norm();
-      return off > options_.least_apart && (off > 20 || pair(seen[s], id).nis > gate);
+      return off > options_.least_apart && (off > 20 || pair(seen[s], id, filter_.covariance()).nis > gate);
     });
     if (apart) fresh.push_back(s);
   }

@@ -53,6 +53,10 @@ struct EkfSlamOptions {
   double crab_sigma = 0.02;  ///< rad, between the laser's and the axle's direction
   double lag_sigma = 0.05;   ///< s, of the wheels behind the laser
 
+  double mistrusted_noise = 0.5;  ///< m, rad per sqrt(s), of wheels that the landmarks contradict
+  double mistrust = 2;            ///< s, for which they are taken to err
+  double stuck = 1;               ///< m with the same steering before it may be stuck
+
   bool use_gps = true;
   double gps_sigma = 0.35;       ///< m, of what errs alike in a piece
   double gps_fast_sigma = 0.08;  ///< m, from fix to fix
@@ -144,17 +148,30 @@ class EkfSlam {
     int sightings;
   };
 
+  /// Which landmarks a scan's sightings may be of, and which of them they are taken for.
+  struct Matching {
+    std::vector<std::vector<Pairing>> allowed;
+    std::vector<int> choice;
+    int followed = 0;  ///< of those seen in the scan before
+
+    const Pairing* pairing(std::size_t sighting) const;
+  };
+
   void predict(Time time);
   Estimate see(const Scan& scan);
   std::vector<Seen> look(const Scan& scan) const;
-  std::vector<Pairing> candidates(const Seen& seen) const;
-  void doubt(Time time, const std::vector<std::vector<Pairing>>& allowed, std::vector<int>& choice);
-  Pairing pair(const Seen& seen, int id) const;
+  Matching match(const std::vector<Seen>& seen, const Eigen::MatrixXd& covariance) const;
+  std::vector<Pairing> candidates(const Seen& seen, const Eigen::MatrixXd& covariance) const;
+  bool just_seen(int id) const;
+  bool mistrusted(Time time);
+  double told_nothing(double seconds) const;
+  void match_without_wheels(const std::vector<Seen>& seen, Matching& matching);
+  void doubt(Time time, Matching& matching);
+  Pairing pair(const Seen& seen, int id, const Eigen::MatrixXd& covariance) const;
+  void correct(const std::vector<Seen>& seen, const Matching& matching);
   static Centre centre(const Seen& seen, double diameter, double variance);
   Centre centre(const Seen& seen, int id) const;
   void remember(const Seen& seen, int id);
-  void correct(const std::vector<Seen>& seen, const std::vector<std::vector<Pairing>>& candidates,
-               const std::vector<int>& choice);
   void initialise(const std::vector<Seen>& seen, const std::vector<int>& choice);
   void forget(const Scan& scan);
   bool confirmed(const Seen& seen);
@@ -180,6 +197,8 @@ class EkfSlam {
   Vec2 looked_from_ = Vec2::Zero();
   std::size_t piece_ = static_cast<std::size_t>(-1);
   Time clock_ = 0;
+  Time mistrusted_until_ = 0;
+  bool stuck_ = false;
   bool begun_ = false, oriented_ = false;
   std::vector<Vec2> driven_, fixed_;  ///< until the heading is known
 };

@@ -9,6 +9,7 @@ namespace majak::slam {
 namespace {
 
 constexpr double kLongest = 0.5;  // s that the odometry's last velocity is taken to hold
+constexpr double kSame = 1e-7;    // rad, between readings that are the same
 
 }  // namespace
 
@@ -54,6 +55,7 @@ void MotionInput::go_on(Time time) {
 void MotionInput::add(const WheelMotion& wheels) {
   if (odometry_) return;
   go_on(wheels.time);
+  if (!wheels_ || std::abs(wheels.steering - wheels_->steering) > kSame) steered_at_ = way_;
   wheels_ = wheels;
   const double turn = wheels.speed * std::tan(wheels.steering) / wheelbase_;
   twist_ = {wheels.speed, 0, turn};

@@ -38,6 +38,8 @@ class MotionInput {
   double way() const { return way_; }        ///< m driven so far, either way
   double turned() const { return turned_; }  ///< rad
   bool told() const { return wheels_ || odometry_; }
+  /// m driven, either way, since a car's steering last read anything else.
+  double steering_held() const { return wheels_ ? way_ - steered_at_ : 0; }
 
  private:
   void roll(const motion::WheelStep& step);
@@ -52,7 +54,7 @@ class MotionInput {
   Vec3 twist_ = Vec3::Zero(), taken_twist_ = Vec3::Zero();  ///< now, and when taken last
   Time clock_ = 0;
   bool begun_ = false;
-  double way_ = 0, turned_ = 0;
+  double way_ = 0, turned_ = 0, steered_at_ = 0;
 };
 
 }  // namespace majak::slam
