@@ -28,7 +28,7 @@ constexpr int kNew = -1, kDoubted = -2;  // choices that are no pairing
 constexpr const char* kStuck =
     "scans in which the landmarks turned and the steering stayed as it was: it is stuck";
 constexpr const char* kSlipped = "scans in which the landmarks contradicted the wheels";
-constexpr double kInView = 20;           // m, within which a landmark must be seen
+constexpr double kInView = 20;  // m, within which a landmark must be seen
 
 LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {
   LandmarkFilter::Body covariance = LandmarkFilter::Body::Zero();
@@ -213,12 +213,12 @@ double EkfSlam::told_nothing(double seconds) const {
   return options_.mistrusted_noise * options_.mistrusted_noise * seconds;
 }
 
-// Most landmarks of the scan before are seen no more, and would be if the robot had moved otherwise:
-// they are believed, all together, and the wheels are not.
+// Most landmarks of the scan before are seen no more, and would be if the robot had moved
+// otherwise: they are believed, all together, and the wheels are not.
 void EkfSlam::match_without_wheels(const std::vector<Seen>& seen, Matching& matching) {
   const auto& near = filter_.near();
-  const auto before =
-      static_cast<int>(std::count_if(near.begin(), near.end(), [&](int i) { return just_seen(i); }));
+  const auto before = static_cast<int>(
+      std::count_if(near.begin(), near.end(), [&](int i) { return just_seen(i); }));
   if (before < 2 || 2 * matching.followed >= before || mistrusted(clock_)) return;
   const double seconds = to_seconds(clock_ - estimates_.back().time);
   filter::RelativeInput<LandmarkFilter::kExtra> more;
@@ -270,11 +270,20 @@ void EkfSlam::correct(const std::vector<Seen>& seen, const Matching& matching) {
     by_state.block<2, 3>(row, 0) = p.by_state.leftCols<3>();
     by_state.block<2, 2>(row, p.column) = p.by_state.rightCols<2>();
     noise.block<2, 2>(row, row) = centre(seen[s], p.landmark).noise;
+    noise.block<2, 2>(row, row).diagonal().array() += alike();
     remember(seen[s], p.landmark);
     row += 2;
   }
   const double nis = filter_.correct(residual, by_state, noise);
   innovations_.push_back({clock_, "landmarks", nis, static_cast<int>(n), true});
+}
+
+// What sightings from nearly the same side have in common counts once a way, however many scans are
+// taken on it.
+double EkfSlam::alike() const {
+  constexpr double kLeast = 0.02;  // m, of a way
+  const double way = std::max(kLeast, steps_.back().T_from_to.translation().norm());
+  return options_.alike_sigma * options_.alike_sigma * options_.alike_way / way;
 }
 
 // A sighting that is certainly none of those known is a new landmark; what is neither is left out.
@@ -287,7 +296,8 @@ void EkfSlam::initialise(const std::vector<Seen>& seen, const std::vector<int>& 
     const auto& near = filter_.near();
     const bool apart = std::all_of(near.begin(), near.end(), [&](int id) {
       const double off = (filter_.landmark(id) - p_map).norm();
-      return off > options_.least_apart && (off > 20 || pair(seen[s], id, filter_.covariance()).nis > gate);
+      return off > options_.least_apart &&
+             (off > 20 || pair(seen[s], id, filter_.covariance()).nis > gate);
     });
     if (apart) fresh.push_back(s);
   }
@@ -297,7 +307,8 @@ void EkfSlam::initialise(const std::vector<Seen>& seen, const std::vector<int>& 
     if (!first && !confirmed(seen[s])) continue;
     const double diameter = seen[s].diameter, variance = seen[s].diameter_variance;
     const Centre at = centre(seen[s], diameter, variance);
-    const int id = filter_.add(at.q_robot, at.noise);
+    const int id = filter_.add(at.q_robot, at.noise + std::pow(options_.alike_sigma, 2) *
+                                                          Eigen::Matrix2d::Identity());
     known_.push_back({clock_, 0, 0, 1, 0, diameter, variance, false});
     sightings_.push_back({estimates_.size(), id, seen[s]});
   }
@@ -504,7 +515,10 @@ void describe(OptionFields& f, EkfSlamOptions& o) {
   f.add("ekf_slam.lag_sigma", o.lag_sigma, {"s", "of the wheels behind the laser", 0, 1});
   f.add("ekf_slam.mirror_turn", o.mirror_turn, {"s", "of the laser's mirror, 0: none", 0, 1});
   f.add("ekf_slam.point_sigma", o.point_sigma,
-        {"m", "by which a landmark is not the same from all sides", 0, 10});
+        {"m", "by which a landmark is not the same from scan to scan", 0, 10});
+  f.add("ekf_slam.alike_sigma", o.alike_sigma,
+        {"m", "by which all its sightings err alike that are made on ...", 0, 10});
+  f.add("ekf_slam.alike_way", o.alike_way, {"m", "... so much way", 0, 1000});
   f.add("ekf_slam.diameter_sigma", o.diameter_sigma,
         {"m", "by which its diameter is not", 0.001, 10});
   f.add("ekf_slam.apart", o.apart,

@@ -36,7 +36,9 @@ struct EkfSlamOptions {
 
   beacon::TrunkOptions trunks;
   double mirror_turn = 1.0 / 75;  ///< s, see match::beam_time; 0: the robot stands still in a scan
-  double point_sigma = 0.03;      ///< m, by which a landmark is not the same from all sides
+  double point_sigma = 0.03;      ///< m, by which a landmark is not the same from scan to scan
+  double alike_sigma = 0.1;       ///< m, by which all its sightings err alike ...
+  double alike_way = 1;           ///< m, ... that are made on so much way
   double diameter_sigma = 0.06;   ///< m, by which its diameter is not
   JointCompatibilityOptions association;
   double apart = 0.9999;     ///< probability with which a sighting that becomes a new landmark is
@@ -172,6 +174,7 @@ class EkfSlam {
   static Centre centre(const Seen& seen, double diameter, double variance);
   Centre centre(const Seen& seen, int id) const;
   void remember(const Seen& seen, int id);
+  double alike() const;
   void initialise(const std::vector<Seen>& seen, const std::vector<int>& choice);
   void forget(const Scan& scan);
   bool confirmed(const Seen& seen);
