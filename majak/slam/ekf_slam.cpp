@@ -28,6 +28,8 @@ constexpr int kNew = -1, kDoubted = -2;  // choices that are no pairing
 constexpr const char* kStuck =
     "scans in which the landmarks turned and the steering stayed as it was: it is stuck";
 constexpr const char* kSlipped = "scans in which the landmarks contradicted the wheels";
+constexpr const char* kRefused = "fixes that contradict all else; not used";
+constexpr double kDrift = 0.1;  // of the way, until the heading is known
 constexpr double kInView = 20;  // m, within which a landmark must be seen
 
 LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {
@@ -38,6 +40,17 @@ LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {
       o.gps_sigma, o.gps_sigma;
   covariance.diagonal().tail<LandmarkFilter::kExtra>() = sigma.cwiseAbs2();
   return {start, MotionInput::counted_right().at, covariance};
+}
+
+// Into a map whose frame is known that well.
+void move(Estimate& e, const Pose2& T_new_old, const Mat3& covariance) {
+  e.T_map_robot = T_new_old * e.T_map_robot;
+  Mat3 turn = Mat3::Identity(), by_motion = Mat3::Identity();
+  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(T_new_old.theta).toRotationMatrix();
+  const Vec2 way = e.T_map_robot.translation() - T_new_old.translation();
+  by_motion.topRightCorner<2, 1>() = Vec2(-way.y(), way.x());
+  e.covariance =
+      turn * e.covariance * turn.transpose() + by_motion * covariance * by_motion.transpose();
 }
 
 }  // namespace
@@ -361,10 +374,11 @@ void EkfSlam::forget(const Scan& scan) {
 // z = t + R a + b: the antenna's place on the robot, and what the satellites err by now.
 void EkfSlam::see(const GpsFix& fix) {
   predict(fix.time);
+  ++fixes_seen_;
   const localize::FixVerdict verdict = pieces_.add(fix, motion_.way(), motion_.turned());
   if (!verdict.trusted) return report_.count("fixes that jump, or come alone; not used");
-  keep(fix, verdict.piece);
-  if (!oriented_) return find_heading(fix);
+  if (!oriented_) return find_heading(fix, verdict.piece);
+  if (verdict.piece != piece_) err_anew(verdict.piece);
   const Pose2& at = filter_.T_map_robot();
   const Eigen::Matrix2d turn = Eigen::Rotation2Dd(at.theta).toRotationMatrix();
   const Vec2 antenna = filter_.extra().segment<2>(kAntenna);
@@ -374,14 +388,6 @@ void EkfSlam::see(const GpsFix& fix) {
   by_state.col(2) = turn * Vec2(-antenna.y(), antenna.x());
   by_state.middleCols<2>(3 + kAntenna) = turn;
   by_state.middleCols<2>(3 + kSlow).setIdentity();
-  if (verdict.piece != piece_) {  // errs anew
-    piece_ = verdict.piece;
-    filter::RelativeInput<LandmarkFilter::kExtra> anew;
-    anew.at = filter_.extra();
-    anew.keep.tail<2>().setZero();
-    anew.extra_noise.tail<2>().setConstant(options_.gps_sigma * options_.gps_sigma);
-    filter_.predict(anew);
-  }
   const Vec2 slow = filter_.extra().segment<2>(kSlow);
   const Vec2 residual = Vec2(fix.east, fix.north) - (at * antenna + slow);
   // Where both heading and antenna are hardly known, their product is no small number: the second
@@ -396,8 +402,27 @@ void EkfSlam::see(const GpsFix& fix) {
   // sure.
   const double share = std::min(1.0, options_.gps_gate / nis);
   innovations_.push_back({fix.time, "gps", nis, 2, share == 1});
+  if (refused(nis, fix.time)) return report_.count(kRefused);
   if (share < 1) report_.count("fixes beyond the gate; believed less");
+  keep(fix, verdict.piece);
   filter_.correct(residual, by_state, noise + s * (1 / share - 1));
+}
+
+void EkfSlam::err_anew(std::size_t piece) {
+  piece_ = piece;
+  filter::RelativeInput<LandmarkFilter::kExtra> anew;
+  anew.at = filter_.extra();
+  anew.keep.tail<2>().setZero();
+  anew.extra_noise.tail<2>().setConstant(options_.gps_sigma * options_.gps_sigma);
+  filter_.predict(anew);
+}
+
+// A receiver that is far off errs for some time, then the filter does.
+bool EkfSlam::refused(double nis, Time time) {
+  const bool far = nis > options_.gps_refused;
+  if (!far) contradicted_since_.reset();
+  if (far && !contradicted_since_) contradicted_since_ = time;
+  return far && to_seconds(time - *contradicted_since_) < options_.gps_patience;
 }
 
 // For the graph, that may believe it more.
@@ -408,23 +433,47 @@ void EkfSlam::keep(const GpsFix& fix, std::size_t piece) {
 }
 
 // Until the way tells the heading, the map is as the robot began it.
-void EkfSlam::find_heading(const GpsFix& fix) {
+void EkfSlam::find_heading(const GpsFix& fix, std::size_t piece) {
+  keep(fix, piece);
   const Vec2 antenna = filter_.extra().segment<2>(kAntenna);
-  driven_.push_back(filter_.T_map_robot() * antenna);
-  fixed_.emplace_back(fix.east, fix.north);
+  before_.push_back({filter_.T_map_robot() * antenna, {fix.east, fix.north}, piece});
+  std::vector<Vec2> driven, fixed;
   double widest = 0;
-  for (const Vec2& p : driven_) widest = std::max(widest, (p - driven_.front()).norm());
+  for (const EarlyFix& f : before_) {
+    driven.push_back(f.driven), fixed.push_back(f.fixed);
+    widest = std::max(widest, (f.driven - driven.front()).norm());
+  }
   if (widest < options_.find_heading) return;
   const double place = std::hypot(options_.gps_sigma, options_.antenna_sigma);
   // The antenna swings by what the way bends, half a radian. More would be safe in a linear world:
   // here a wide heading that is then corrected is taken for knowledge of it.
   const double turn = 0.5 * place / widest;
-  const Pose2 T_new_old = rigid_fit(driven_, fixed_);
-  filter_.move_map(T_new_old, Vec3(place, place, turn).cwiseAbs2().asDiagonal());
-  for (Estimate& e : estimates_) e.T_map_robot = T_new_old * e.T_map_robot;
+  const Pose2 T_new_old = rigid_fit(driven, fixed);
+  double worst = 0;
+  for (const EarlyFix& f : before_)
+    worst = std::max(worst, (T_new_old * f.driven - f.fixed).norm());
+  if (worst > 3 * place + kDrift * widest) return drop_early_fixes();
+  const Mat3 covariance = Vec3(place, place, turn).cwiseAbs2().asDiagonal();
+  filter_.move_map(T_new_old, covariance);
+  for (Estimate& e : estimates_) move(e, T_new_old, covariance);
   looked_from_ = filter_.T_map_robot().translation();
   filter_.look_around(looked_from_, options_.near);
   oriented_ = true;
+}
+
+// The way and the fixes have not one shape: those of the longest piece stay.
+void EkfSlam::drop_early_fixes() {
+  const auto of_piece = [&](std::size_t piece) {
+    return std::count_if(before_.begin(), before_.end(),
+                         [&](const EarlyFix& f) { return f.piece == piece; });
+  };
+  std::size_t most = before_.front().piece;
+  for (const EarlyFix& f : before_)
+    if (of_piece(f.piece) > of_piece(most)) most = f.piece;
+  const auto dropped = std::erase_if(before_, [&](const EarlyFix& f) { return f.piece != most; });
+  std::erase_if(fixes_, [&](const FixObservation& f) { return f.piece != most; });
+  if (dropped == 0) before_.clear(), fixes_.clear();  // nor has it by itself
+  for (std::size_t i = 0; i < dropped; ++i) report_.count(kRefused);
 }
 
 // ---- Results ---------------------------------------------------------------------------------
@@ -534,12 +583,19 @@ void describe(OptionFields& f, EkfSlamOptions& o) {
   f.add("ekf_slam.gone", o.gone, {"1", "scans that look through it before it is given up", 1, 1e6});
   f.add("ekf_slam.near", o.near, {"m", "what is kept up to date", 10, 1e6});
   f.add("ekf_slam.look_around", o.look_around, {"m", "driven between two looks around", 0, 1e6});
+  f.add("ekf_slam.mistrusted_noise", o.mistrusted_noise,
+        {"m/sqrt(s)", "of wheels that the landmarks contradict; rad, too", 0, 100});
+  f.add("ekf_slam.mistrust", o.mistrust, {"s", "for which they are taken to err", 0, 1e6});
+  f.add("ekf_slam.stuck", o.stuck, {"m", "with the same steering before it may be stuck", 0, 1e6});
   f.add("ekf_slam.use_gps", o.use_gps, {"", "satellite fixes correct the path, too"});
   f.add("ekf_slam.gps_sigma", o.gps_sigma, {"m", "of what errs alike in a piece", 0.001, 1000});
   f.add("ekf_slam.gps_fast_sigma", o.gps_fast_sigma, {"m", "from fix to fix", 0.001, 1000});
   f.add("ekf_slam.gps_memory", o.gps_memory, {"s", "of what errs alike", 0.1, 1e6});
   f.add("ekf_slam.antenna_sigma", o.antenna_sigma, {"m", "how far off the robot's point", 0, 100});
   f.add("ekf_slam.gps_gate", o.gps_gate, {"1", "NIS beyond which a fix is believed less", 1, 1e9});
+  f.add("ekf_slam.gps_refused", o.gps_refused,
+        {"1", "NIS beyond which it is not believed at all ...", 1, 1e9});
+  f.add("ekf_slam.gps_patience", o.gps_patience, {"s", "... unless all are for so long", 0, 1e9});
   f.add("ekf_slam.find_heading", o.find_heading,
         {"m", "driven before fixes tell the heading", 0.1, 1e4});
 }

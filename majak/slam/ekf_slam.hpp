@@ -65,6 +65,8 @@ struct EkfSlamOptions {
   double gps_memory = 200;       ///< s, of the former
   double antenna_sigma = 3;      ///< m
   double gps_gate = 16;          ///< NIS beyond which a fix is believed less
+  double gps_refused = 100;      ///< NIS beyond which it is not believed at all ...
+  double gps_patience = 120;     ///< s, ... unless all are for so long
   double find_heading = 20;      ///< m between fixes before the heading is taken from them
   localize::GpsPiecesOptions pieces;
 };
@@ -159,6 +161,12 @@ class EkfSlam {
     const Pairing* pairing(std::size_t sighting) const;
   };
 
+  /// The antenna where it was by the wheels and by the satellites.
+  struct EarlyFix {
+    Vec2 driven, fixed;
+    std::size_t piece;
+  };
+
   void predict(Time time);
   Estimate see(const Scan& scan);
   std::vector<Seen> look(const Scan& scan) const;
@@ -181,7 +189,10 @@ class EkfSlam {
   bool looked_through(const Scan& scan, int id) const;
   void see(const GpsFix& fix);
   void keep(const GpsFix& fix, std::size_t piece);
-  void find_heading(const GpsFix& fix);
+  void err_anew(std::size_t piece);
+  bool refused(double nis, Time time);
+  void find_heading(const GpsFix& fix, std::size_t piece);
+  void drop_early_fixes();
   Estimate estimate(Time time) const;
 
   EkfSlamOptions options_;
@@ -203,7 +214,9 @@ class EkfSlam {
   Time mistrusted_until_ = 0;
   bool stuck_ = false;
   bool begun_ = false, oriented_ = false;
-  std::vector<Vec2> driven_, fixed_;  ///< until the heading is known
+  std::vector<EarlyFix> before_;  ///< until the heading is known
+  std::int64_t fixes_seen_ = 0;
+  std::optional<Time> contradicted_since_;
 };
 
 /// As the registry wants it: the path, without the map.
