@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/slam/ekf_slam.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -40,6 +41,18 @@ LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {
       o.gps_sigma, o.gps_sigma;
   covariance.diagonal().tail<LandmarkFilter::kExtra>() = sigma.cwiseAbs2();
   return {start, MotionInput::counted_right().at, covariance};
+}
+
+// Of a position: the variance in the direction in which it is known least, and that.
+std::pair<double, Vec2> longest(const Mat3& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(
+      covariance.topLeftCorner<2, 2>().eval());
+  return {std::max(0.0, axes.eigenvalues()(1)), axes.eigenvectors().col(1)};
+}
+
+void degrade(Estimate& e) {
+  e.health = Health::degraded;
+  e.weak_direction = longest(e.covariance).second;
 }
 
 // Into a map whose frame is known that well.
@@ -105,7 +118,7 @@ Estimate EkfSlam::see(const Scan& scan) {
   initialise(seen, matching.choice);
   forget(scan);
   estimates_.push_back(estimate(scan.time));
-  return estimates_.back();
+  return as_known_now(estimates_.back());
 }
 
 // ---- What the scan shows ---------------------------------------------------------------------
@@ -272,6 +285,7 @@ void EkfSlam::correct(const std::vector<Seen>& seen, const Matching& matching) {
   const auto n = 2 * static_cast<Eigen::Index>(
                          std::count_if(choice.begin(), choice.end(), [](int c) { return c >= 0; }));
   if (n == 0) return;
+  held_at_ = motion_.way();
   Eigen::VectorXd residual(n);
   Eigen::MatrixXd by_state = Eigen::MatrixXd::Zero(n, filter_.covariance().cols());
   Eigen::MatrixXd noise = Eigen::MatrixXd::Zero(n, n);
@@ -356,17 +370,22 @@ bool EkfSlam::looked_through(const Scan& scan, int id) const {
   return scan.ranges[least] > range + kThrough && scan.ranges[least + 1] > range + kThrough;
 }
 
-// Landmarks that are no longer there.
+// Landmarks that are no longer there. Where several are not, and no other is, the robot is not.
 void EkfSlam::forget(const Scan& scan) {
   const std::vector<int> near = filter_.near();
+  const bool held = held_at_ == motion_.way();
+  int missing = 0;
   for (const int id : near) {
     Known& known = known_[static_cast<std::size_t>(id)];
-    known.missed += looked_through(scan, id);
+    const bool missed = looked_through(scan, id);
+    missing += missed;
+    known.missed += missed;
     if (known.missed < options_.gone) continue;
     report_.count("landmarks that were there no more when looked at again");
     known.gone = true;
     filter_.remove(id);
   }
+  misfits_ = held ? 0 : misfits_ + (missing >= 2);
 }
 
 // ---- Satellites ------------------------------------------------------------------------------
@@ -455,7 +474,10 @@ void EkfSlam::find_heading(const GpsFix& fix, std::size_t piece) {
   if (worst > 3 * place + kDrift * widest) return drop_early_fixes();
   const Mat3 covariance = Vec3(place, place, turn).cwiseAbs2().asDiagonal();
   filter_.move_map(T_new_old, covariance);
-  for (Estimate& e : estimates_) move(e, T_new_old, covariance);
+  for (Estimate& e : estimates_) {
+    move(e, T_new_old, covariance);
+    doubt_if_vague(e);
+  }
   looked_from_ = filter_.T_map_robot().translation();
   filter_.look_around(looked_from_, options_.near);
   oriented_ = true;
@@ -478,12 +500,27 @@ void EkfSlam::drop_early_fixes() {
 
 // ---- Results ---------------------------------------------------------------------------------
 
-Estimate EkfSlam::estimate(Time time) const {
+Estimate EkfSlam::estimate(Time time) {
   Estimate e;
   e.time = time;
   e.T_map_robot = filter_.T_map_robot();
   e.covariance = filter_.covariance().topLeftCorner<3, 3>();
+  const bool blind = motion_.way() - held_at_ > options_.blind;
+  if (blind || contradicted_since_ || mistrusted(time)) degrade(e);
+  if (misfits_ >= options_.misfits) e.health = Health::lost;
+  doubt_if_vague(e);
   return e;
+}
+
+// The frame may still be found, and the poses before with it.
+Estimate EkfSlam::as_known_now(Estimate e) const {
+  if (fixes_seen_ > 0 && !oriented_) e.health = Health::lost;
+  return e;
+}
+
+void EkfSlam::doubt_if_vague(Estimate& e) const {
+  const double sigma = std::sqrt(longest(e.covariance).first);
+  if (e.health == Health::ok && sigma > options_.sure) degrade(e);
 }
 
 LandmarkMap EkfSlam::finish() {
@@ -510,7 +547,7 @@ LandmarkMap EkfSlam::finish() {
     const Centre at = centre(s.seen, known.diameter, known.diameter_variance);
     map.observations.push_back({s.scan, id, at.q_robot, at.noise});
   }
-  map.localization.estimates = estimates_;
+  for (const Estimate& e : estimates_) map.localization.estimates.push_back(as_known_now(e));
   map.steps = steps_;
   map.fixes = fixes_;
   map.numbers = filter_.extra();
@@ -583,6 +620,11 @@ void describe(OptionFields& f, EkfSlamOptions& o) {
   f.add("ekf_slam.gone", o.gone, {"1", "scans that look through it before it is given up", 1, 1e6});
   f.add("ekf_slam.near", o.near, {"m", "what is kept up to date", 10, 1e6});
   f.add("ekf_slam.look_around", o.look_around, {"m", "driven between two looks around", 0, 1e6});
+  f.add("ekf_slam.blind", o.blind,
+        {"m", "driven without a landmark before the pose is called degraded", 0, 1e6});
+  f.add("ekf_slam.sure", o.sure, {"m", "sigma of a position that is not", 0, 1e6});
+  f.add("ekf_slam.misfits", o.misfits,
+        {"1", "scans without those landmarks that there should be, before it is lost", 1, 1e6});
   f.add("ekf_slam.mistrusted_noise", o.mistrusted_noise,
         {"m/sqrt(s)", "of wheels that the landmarks contradict; rad, too", 0, 100});
   f.add("ekf_slam.mistrust", o.mistrust, {"s", "for which they are taken to err", 0, 1e6});

@@ -55,6 +55,10 @@ struct EkfSlamOptions {
   double crab_sigma = 0.02;  ///< rad, between the laser's and the axle's direction
   double lag_sigma = 0.05;   ///< s, of the wheels behind the laser
 
+  double blind = 10;  ///< m driven without a landmark before the pose is called degraded
+  double sure = 1;    ///< m, one sigma of a position that is not
+  int misfits = 5;    ///< scans without those landmarks that there should be, before it is lost
+
   double mistrusted_noise = 0.5;  ///< m, rad per sqrt(s), of wheels that the landmarks contradict
   double mistrust = 2;            ///< s, for which they are taken to err
   double stuck = 1;               ///< m with the same steering before it may be stuck
@@ -193,7 +197,9 @@ class EkfSlam {
   bool refused(double nis, Time time);
   void find_heading(const GpsFix& fix, std::size_t piece);
   void drop_early_fixes();
-  Estimate estimate(Time time) const;
+  Estimate estimate(Time time);
+  Estimate as_known_now(Estimate e) const;
+  void doubt_if_vague(Estimate& e) const;
 
   EkfSlamOptions options_;
   filter::LandmarkFilter filter_;
@@ -213,6 +219,8 @@ class EkfSlam {
   Time clock_ = 0;
   Time mistrusted_until_ = 0;
   bool stuck_ = false;
+  double held_at_ = 0;  ///< m, way at which landmarks held the pose last
+  int misfits_ = 0;
   bool begun_ = false, oriented_ = false;
   std::vector<EarlyFix> before_;  ///< until the heading is known
   std::int64_t fixes_seen_ = 0;
