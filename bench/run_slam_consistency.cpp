@@ -4,7 +4,11 @@
 // that the map's own frame is the world's and the truth exact. NEES of the pose along the way
 // against the chi-square band, NEES and errors of the trunks at the end, and what sightings are
 // wrong by against what is told of them.
-//   run_slam_consistency [--runs N] [--first SEED] [--satellites 0|1] [--csv FILE]
+//   run_slam_consistency [--runs N] [--first SEED] [--case default|told|random] [--satellites 0|1]
+//                        [--csv FILE] [--picture PREFIX]
+// Cases: default options, made for a real car, whose wheels tell less than the simulated one's;
+// "told": the filter is told how good they are; "random": and the laser has no error that is the
+// same in a whole run.
 #include <fmt/core.h>
 #include <fmt/os.h>
 
@@ -17,8 +21,10 @@
 #include <variant>
 #include <vector>
 
+#include "bench/picture.hpp"
 #include "majak/core/error.hpp"
 #include "majak/core/parallel.hpp"
+#include "majak/draw/slam_figures.hpp"
 #include "majak/eval/consistency.hpp"
 #include "majak/eval/landmarks.hpp"
 #include "majak/sim/park.hpp"
@@ -35,7 +41,7 @@ constexpr double kBin = 10;               // m of range
 struct Arguments {
   int runs = 100, first = 1;
   bool satellites = false;
-  std::string csv;
+  std::string name = "default", csv, picture;
 };
 
 /// A pose at one time of one run.
@@ -61,13 +67,26 @@ struct Run {
   double ekf_seconds = 0, graph_seconds = 0;
 };
 
-sim::SimulationOptions car(int seed, bool satellites) {
+sim::SimulationOptions car(int seed, const Arguments& arguments) {
   sim::SimulationOptions options;
   sim::make_car(options);
   options.seed = seed;
   options.robot.speed = 5;
   options.beams = 361, options.scan_rate = 2.5;
-  options.satellites.on = satellites;
+  options.satellites.on = arguments.satellites;
+  if (arguments.name == "random") options.laser.systematic_error = 0;
+  return options;
+}
+
+slam::EkfSlamOptions filter_of(const sim::SimulationOptions& car, const Arguments& arguments) {
+  slam::EkfSlamOptions options;
+  options.wheelbase = car.robot.wheelbase;
+  if (arguments.name == "default") return options;
+  // Each tick reads the steering anew: its errors add up as a random walk of the heading.
+  const double tick = car.robot.speed * to_seconds(sim::RobotRun::kTick);  // m
+  options.wheels.way_noise = options.wheels.side_noise = car.robot.slip;
+  options.wheels.turn_noise = car.robot.steering_noise * std::sqrt(tick) / car.robot.wheelbase;
+  options.wheels.spin_noise = car.robot.slip;
   return options;
 }
 
@@ -151,9 +170,8 @@ class Judge {
   Vec2 laser_ = Vec2::Zero();
 };
 
-Run drive(const sim::World& world, const sim::Path& path, const sim::SimulationOptions& options) {
-  slam::EkfSlamOptions ekf;
-  ekf.wheelbase = options.robot.wheelbase;
+Run drive(const sim::World& world, const sim::Path& path, const sim::SimulationOptions& options,
+          const slam::EkfSlamOptions& ekf) {
   slam::EkfSlam slam(ekf, path.start);
   std::map<Time, Pose2> truth;
   const std::vector<Event> events = sim::simulate(world, path, options);
@@ -282,15 +300,43 @@ void write_csv(const std::string& file, const std::vector<Checkpoint>& all) {
               c.graph.mean, c.ekf.band_low, c.ekf.band_high, c.ekf_place, c.graph_place);
 }
 
+draw::Figure picture_of(const std::vector<Checkpoint>& all, const Arguments& arguments) {
+  draw::NeesPicture picture;
+  picture.title = fmt::format("Simulated park, {} runs, {}", arguments.runs, arguments.name);
+  picture.band_low = all.front().ekf.band_low, picture.band_high = all.front().ekf.band_high;
+  for (const Checkpoint& c : all) {
+    picture.seconds.push_back(c.seconds);
+    picture.ekf.push_back(c.ekf.mean), picture.graph.push_back(c.graph.mean);
+    picture.ekf_place.push_back(c.ekf_place), picture.graph_place.push_back(c.graph_place);
+  }
+  return draw::nees_picture(picture);
+}
+
+/// The last time until which a method stayed below the band's upper end, and where it is above.
+void tell_bounds(const std::vector<Checkpoint>& all, const char* name,
+                 eval::NeesSummary Checkpoint::*method) {
+  std::size_t above = 0, first = all.size();
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if ((all[k].*method).mean <= (all[k].*method).band_high) continue;
+    ++above, first = std::min(first, k);
+  }
+  if (above == 0) return fmt::print("{}: never too sure of itself\n", name);
+  fmt::print("{}: too sure of itself at {} of {} times, first after {:.0f} s, {:.0f} m\n", name,
+             above, all.size(), all[first].seconds, all[first].way);
+}
+
 void run_all(const Arguments& arguments) {
   const sim::World world{sim::park()};
   const sim::Path path = sim::plan_tour(world);
   std::vector<Run> runs(static_cast<std::size_t>(arguments.runs));
   parallel_for({}, runs.size(), [&](std::size_t i) {
-    runs[i] = drive(world, path, car(arguments.first + static_cast<int>(i), arguments.satellites));
+    const sim::SimulationOptions options = car(arguments.first + static_cast<int>(i), arguments);
+    runs[i] = drive(world, path, options, filter_of(options, arguments));
   });
   const std::vector<Checkpoint> all = checkpoints(runs);
   tell_poses(all);
+  tell_bounds(all, "EKF", &Checkpoint::ekf);
+  tell_bounds(all, "graph", &Checkpoint::graph);
   tell_trunks(runs, "EKF", &Run::ekf);
   tell_trunks(runs, "graph", &Run::graph);
   tell_sightings(runs);
@@ -299,6 +345,7 @@ void run_all(const Arguments& arguments) {
   const auto n = static_cast<double>(runs.size());
   fmt::print("\nCPU a run: EKF {:.2f} s, graph {:.2f} s\n", ekf / n, graph / n);
   if (!arguments.csv.empty()) write_csv(arguments.csv, all);
+  if (!arguments.picture.empty()) write_picture(arguments.picture, picture_of(all, arguments));
 }
 
 }  // namespace
@@ -311,7 +358,9 @@ int main(int argc, char** argv) {
     if (name == "--runs") arguments.runs = std::max(1, std::atoi(value.c_str()));
     if (name == "--first") arguments.first = std::atoi(value.c_str());
     if (name == "--satellites") arguments.satellites = value != "0";
+    if (name == "--case") arguments.name = value;
     if (name == "--csv") arguments.csv = value;
+    if (name == "--picture") arguments.picture = value;
   }
   try {
     majak::bench::run_all(arguments);
