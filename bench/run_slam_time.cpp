@@ -30,39 +30,46 @@ constexpr int kBin = 100;                               // landmarks
 
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-/// Up and down lanes, trees everywhere but on them.
-sim::Scene orchard(double metres) {
+/// Up and down lanes, with half circles at their ends.
+sim::Path lanes(double metres) {
+  sim::Path path;
+  const double turn = kPi * kLane / 2, each = kWide + turn;
+  for (double at = 0; at < metres; at += sim::kPathStep) {
+    const double lane = std::floor(at / each), along = at - lane * each;
+    const double side = std::fmod(lane, 2) == 0 ? 1 : -1, centre = kWide / 2;
+    const double angle = std::max(0.0, along - kWide) / (kLane / 2);
+    const double x = std::min(along, kWide) - centre + kLane / 2 * std::sin(angle);
+    path.points.emplace_back(centre + side * x, kLane * (lane + 0.5 * (1 - std::cos(angle))));
+  }
+  return path;
+}
+
+/// Trees everywhere but on the way.
+sim::Scene orchard(const sim::Path& path) {
   sim::Scene scene;
   scene.name = "orchard";
-  scene.straight = true;
-  const int lanes = static_cast<int>(std::ceil(metres / (kWide + kLane)));
-  for (int lane = 0; lane < lanes; ++lane) {
-    const double y = lane * kLane, begin = lane % 2 == 0 ? 0 : kWide, end = kWide - begin;
-    const double in = begin < end ? 12 : -12;  // the corners are cut
-    scene.tour.push_back({begin + in, y}), scene.tour.push_back({end - in, y});
-    if (lane + 1 < lanes)
-      scene.tour.push_back({end, y + 12}), scene.tour.push_back({end, y + kLane - 12});
-  }
-  scene.start = {scene.tour[0].x(), scene.tour[0].y(), 0};
   RandomStream random(4);
-  for (double y = -40; y < lanes * kLane; y += kApart)
-    for (double x = -40; x < kWide + 40; x += kApart) {
+  const double top = path.points.back().y() + 40;
+  for (double y = -40; y < top; y += kApart)
+    for (double x = -70; x < kWide + 70; x += kApart) {
       const double u = x + random.uniform(-4, 4);
       const Vec2 p(u, y + random.uniform(-4, 4));
-      const double aside = std::abs(p.y() - kLane * std::round(p.y() / kLane));
-      const bool edge = p.x() < 16 || p.x() > kWide - 16;
-      if (aside > 3 && !edge) scene.discs.push_back({p, random.uniform(0.1, 0.4), 0.4});
+      const double thick = random.uniform(0.1, 0.4);
+      const bool free = std::all_of(path.points.begin(), path.points.end(),
+                                    [&](const Vec2& q) { return (p - q).norm() > 3; });
+      if (free) scene.discs.push_back({p, thick, 0.4});
     }
   return scene;
 }
 
 std::vector<Event> drive(double metres) {
-  const sim::World world{orchard(metres)};
+  const sim::Path path = lanes(metres);
+  const sim::World world{orchard(path)};
   sim::SimulationOptions options;
   sim::make_car(options);
   options.robot.speed = 5;
   options.beams = 361, options.scan_rate = 2.5;
-  return sim::simulate(world, sim::plan_tour(world), options);
+  return sim::simulate(world, path, options);
 }
 
 draw::StepTimes measure(const std::string& name, const std::vector<Event>& events,

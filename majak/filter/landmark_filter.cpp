@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace majak::filter {
 namespace {
@@ -19,6 +20,12 @@ void drop(MatrixXd& m, Eigen::Index row, Eigen::Index rows) {
   m.conservativeResize(m.rows() - rows, m.cols());
 }
 
+/// Of a symmetric matrix of which the lower half is known.
+void mirror(MatrixXd& m) {
+  for (Eigen::Index i = 0; i + 1 < m.rows(); ++i)
+    m.row(i).tail(m.cols() - i - 1) = m.col(i).tail(m.rows() - i - 1).transpose();
+}
+
 }  // namespace
 
 LandmarkFilter::LandmarkFilter(const Pose2& T_map_robot, const Extra& extra, const Body& covariance)
@@ -30,39 +37,71 @@ LandmarkFilter::LandmarkFilter(const Pose2& T_map_robot, const Extra& extra, con
 void LandmarkFilter::predict(const RelativeInput<kExtra>& motion) {
   const PoseState<kExtra> to = motion.apply({T_map_robot_, extra_});
   const Vec3 beside = motion.by_extra * (extra_ - motion.at);
-  Mat3 turn = Mat3::Identity(), swing = Mat3::Identity();
+  Mat3 turn = Mat3::Identity();
   turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(to.T_map_robot.theta).toRotationMatrix();
-  swing(0, 2) = -(to.T_map_robot.y - T_map_robot_.y);
-  swing(1, 2) = to.T_map_robot.x - T_map_robot_.x;
-  Body f = Body::Zero(), q = Body::Zero();
-  f.topLeftCorner<3, 3>() = swing;
-  f.topRightCorner<3, kExtra>() = turn * right_jacobian(beside) * motion.by_extra;
-  f.bottomRightCorner<kExtra, kExtra>().diagonal() = motion.keep;
-  q.topLeftCorner<3, 3>() = turn * motion.noise * turn.transpose();
-  q.bottomRightCorner<kExtra, kExtra>().diagonal() = motion.extra_noise;
+  Eigen::Matrix<double, 3, kBody> pose_by_body = Eigen::Matrix<double, 3, kBody>::Identity();
+  pose_by_body(0, 2) = -(to.T_map_robot.y - T_map_robot_.y);
+  pose_by_body(1, 2) = to.T_map_robot.x - T_map_robot_.x;
+  pose_by_body.rightCols<kExtra>() = turn * right_jacobian(beside) * motion.by_extra;
   T_map_robot_ = to.T_map_robot;
   extra_ = to.extra;
-  near_covariance_.topRows<kBody>() = (f * near_covariance_.topRows<kBody>()).eval();
-  near_covariance_.leftCols<kBody>() = (near_covariance_.leftCols<kBody>() * f.transpose()).eval();
-  near_covariance_.topLeftCorner<kBody, kBody>() += q;
-  carried_.topRows<kBody>() = (f * carried_.topRows<kBody>()).eval();
+  const auto carry = [&](MatrixXd& rows) {
+    rows.topRows<3>() = (pose_by_body * rows.topRows<kBody>()).eval();
+    rows.middleRows<kExtra>(3).array().colwise() *= motion.keep.array();
+  };
+  carry(near_covariance_);
+  near_covariance_.leftCols<3>() =
+      (near_covariance_.leftCols<kBody>() * pose_by_body.transpose()).eval();
+  near_covariance_.middleCols<kExtra>(3).array().rowwise() *= motion.keep.transpose().array();
+  near_covariance_.topLeftCorner<3, 3>() += turn * motion.noise * turn.transpose();
+  near_covariance_.diagonal().segment<kExtra>(3) += motion.extra_noise;
+  carry(carried_);
 }
 
+// With L L' the innovation's covariance: U = P H' L^-T, V = L^-1 H A, w = L^-1 e, and all that a
+// correction does is a product of two of these.
 double LandmarkFilter::correct(const VectorXd& residual, const MatrixXd& by_state,
                                const MatrixXd& noise) {
-  const MatrixXd spread = near_covariance_ * by_state.transpose();
-  const MatrixXd s = by_state * spread + noise;
-  const Eigen::LLT<MatrixXd> s_root(s);
-  const MatrixXd gain = s_root.solve(spread.transpose()).transpose();
-  const VectorXd weighed = s_root.solve(residual);
-  const MatrixXd then = by_state * carried_;
-  seen_.noalias() += then.transpose() * s_root.solve(then);
-  pulled_.noalias() += then.transpose() * weighed;
-  carried_.noalias() -= gain * then;
-  near_covariance_.noalias() -= gain * spread.transpose();
-  near_covariance_ = (0.5 * (near_covariance_ + near_covariance_.transpose())).eval();
-  add_to_mean(gain * residual);
-  return residual.dot(weighed);
+  const std::vector<Eigen::Index> used = begin_correction(by_state);
+  const MatrixXd h = by_state(Eigen::all, used);
+  const MatrixXd columns = near_covariance_(Eigen::all, used);
+  MatrixXd u = columns * h.transpose();
+  const Eigen::LLT<MatrixXd> root(h * u(used, Eigen::all) + noise);
+  root.matrixU().solveInPlace<Eigen::OnTheRight>(u);
+  const MatrixXd rows = carried_(used, Eigen::all);
+  MatrixXd v = h * rows;
+  root.matrixL().solveInPlace(v);
+  const VectorXd w = root.matrixL().solve(residual);
+  seen_.noalias() += v.transpose() * v;
+  pulled_.noalias() += v.transpose() * w;
+  carried_.noalias() -= u * v;
+  near_covariance_.selfadjointView<Eigen::Lower>().rankUpdate(u, -1);
+  mirror(near_covariance_);
+  add_to_mean(u * w);
+  return w.squaredNorm();
+}
+
+// Columns of the state that a measurement depends on; the landmarks among them count from now on.
+std::vector<Eigen::Index> LandmarkFilter::begin_correction(const MatrixXd& by_state) {
+  std::vector<Eigen::Index> used;
+  for (Eigen::Index i = 0; i < kBody; ++i)
+    if (!by_state.col(i).isZero(0)) used.push_back(i);
+  for (const int id : near_) {
+    const Eigen::Index at = column(id);
+    if (by_state.middleCols<2>(at).isZero(0)) continue;
+    used.push_back(at), used.push_back(at + 1);
+    int& row = row_of_[static_cast<std::size_t>(id)];
+    if (row < 0) continue;
+    counts_.push_back(row), counts_.push_back(row + 1);
+    row = -1;
+    const auto n = static_cast<Eigen::Index>(counts_.size());
+    carried_.conservativeResize(Eigen::NoChange, n);
+    carried_.rightCols<2>().setZero();
+    carried_.block<2, 2>(at, n - 2).setIdentity();
+    seen_.conservativeResizeLike(MatrixXd::Zero(n, n));
+    pulled_.conservativeResizeLike(VectorXd::Zero(n));
+  }
+  return used;
 }
 
 void LandmarkFilter::add_to_mean(const VectorXd& d) {
@@ -91,6 +130,7 @@ int LandmarkFilter::add(const Vec2& q_robot, const Eigen::Matrix2d& noise) {
   const int id = static_cast<int>(landmarks_.size());
   landmarks_.push_back(T_map_robot_ * q_robot);
   columns_.push_back(static_cast<int>(n));
+  row_of_.push_back(-1);
   near_.push_back(id);
   return id;
 }
@@ -115,18 +155,23 @@ void LandmarkFilter::number_columns() {
 // What was seen near by, told to what is far: with then -> now carried, and what was seen in terms
 // of then, P_nf = carried cross, P_ff -= cross' seen cross, x_f += cross' pulled.
 void LandmarkFilter::settle() {
-  const Eigen::Index n = near_covariance_.rows(), m = far_covariance_.rows();
-  if (m > 0) {
-    const VectorXd moved = cross_.transpose() * pulled_;
+  if (!far_.empty()) {
+    const Eigen::Index n = near_covariance_.rows(), m = far_covariance_.rows();
+    const MatrixXd cross = cross_(counts_, Eigen::all);
+    const VectorXd moved = cross.transpose() * pulled_;
     for (std::size_t i = 0; i < far_.size(); ++i)
       landmarks_[static_cast<std::size_t>(far_[i])] +=
           moved.segment<2>(2 * static_cast<Eigen::Index>(i));
-    MatrixXd all(n + m, n + m);
+    MatrixXd all(n + m, n + m), shared = carried_ * cross;
+    for (const int id : near_)
+      if (const int row = row_of_[static_cast<std::size_t>(id)]; row >= 0)
+        shared.middleRows<2>(column(id)) += cross_.middleRows<2>(row);
+    const MatrixXd weighed = seen_ * cross;
+    far_covariance_.triangularView<Eigen::Lower>() -= cross.transpose() * weighed;
     all.topLeftCorner(n, n) = near_covariance_;
-    all.topRightCorner(n, m).noalias() = carried_ * cross_;
-    all.bottomLeftCorner(m, n) = all.topRightCorner(n, m).transpose();
+    all.bottomLeftCorner(m, n) = shared.transpose();
     all.bottomRightCorner(m, m) = far_covariance_;
-    all.bottomRightCorner(m, m).noalias() -= cross_.transpose() * (seen_ * cross_);
+    mirror(all);
     near_covariance_.swap(all);
     near_.insert(near_.end(), far_.begin(), far_.end());
     far_.clear();
@@ -134,9 +179,18 @@ void LandmarkFilter::settle() {
   }
   cross_.resize(near_covariance_.rows(), 0);
   far_covariance_.resize(0, 0);
-  carried_.setIdentity(near_covariance_.rows(), near_covariance_.rows());
-  seen_.setZero(near_covariance_.rows(), near_covariance_.rows());
-  pulled_.setZero(near_covariance_.rows());
+  begin_afresh();
+}
+
+// Of what is near now nothing was seen yet.
+void LandmarkFilter::begin_afresh() {
+  row_of_.assign(landmarks_.size(), -1);
+  for (const int id : near_) row_of_[static_cast<std::size_t>(id)] = column(id);
+  counts_.resize(kBody);
+  std::iota(counts_.begin(), counts_.end(), 0);
+  carried_.setIdentity(near_covariance_.rows(), kBody);
+  seen_.setZero(kBody, kBody);
+  pulled_.setZero(kBody);
 }
 
 void LandmarkFilter::look_around(const Vec2& centre, double radius) {
@@ -147,18 +201,17 @@ void LandmarkFilter::look_around(const Vec2& centre, double radius) {
   for (const int id : near_) ((landmark(id) - centre).norm() <= radius ? near : far).push_back(id);
   for (const std::vector<int>* part : {&near, &far})
     for (const int id : *part) order.push_back(column(id)), order.push_back(column(id) + 1);
-  const MatrixXd all = near_covariance_(order, order);
   const auto n = kBody + 2 * static_cast<Eigen::Index>(near.size());
-  const auto m = 2 * static_cast<Eigen::Index>(far.size());
+  const std::vector<Eigen::Index> first(order.begin(), order.begin() + n);
+  const std::vector<Eigen::Index> second(order.begin() + n, order.end());
+  const MatrixXd all = std::move(near_covariance_);
   near_.swap(near);
   far_.swap(far);
-  near_covariance_ = all.topLeftCorner(n, n);
-  cross_ = all.topRightCorner(n, m);
-  far_covariance_ = all.bottomRightCorner(m, m);
-  carried_.setIdentity(n, n);
-  seen_.setZero(n, n);
-  pulled_.setZero(n);
+  near_covariance_ = all(first, first);
+  cross_ = all(first, second);
+  far_covariance_ = all(second, second);
   number_columns();
+  begin_afresh();
 }
 
 void LandmarkFilter::move_map(const Pose2& T_new_old, const Mat3& covariance) {

@@ -56,6 +56,8 @@ class LandmarkFilter {
 
  private:
   void number_columns();
+  void begin_afresh();
+  std::vector<Eigen::Index> begin_correction(const Eigen::MatrixXd& by_state);
   void add_to_mean(const Eigen::VectorXd& d);
 
   Pose2 T_map_robot_;
@@ -64,12 +66,15 @@ class LandmarkFilter {
   std::vector<int> columns_;
   std::vector<int> near_, far_;
   Eigen::MatrixXd near_covariance_;
-  // As they were when the robot looked around last, and what happened since.
-  Eigen::MatrixXd cross_;  ///< near x far
+  // As they were when the robot looked around last, and what happened since. Of what was near then
+  // only the body and what was seen since counts; the rest stands for itself, row by row.
+  Eigen::MatrixXd cross_;  ///< near then x far
   Eigen::MatrixXd far_covariance_;
-  Eigen::MatrixXd carried_;  ///< near now by near then
-  Eigen::MatrixXd seen_;     ///< information of near then
-  Eigen::VectorXd pulled_;   ///< the same of its mean
+  std::vector<Eigen::Index> counts_;  ///< rows of cross_
+  std::vector<int> row_of_;           ///< of landmarks that stand for themselves, in cross_; or -1
+  Eigen::MatrixXd carried_;           ///< near now by what counts
+  Eigen::MatrixXd seen_;              ///< information of what counts
+  Eigen::VectorXd pulled_;            ///< the same of its mean
 };
 
 }  // namespace majak::filter
