@@ -29,6 +29,7 @@ constexpr int kNew = -1, kDoubted = -2;  // choices that are no pairing
 constexpr const char* kStuck =
     "scans in which the landmarks turned and the steering stayed as it was: it is stuck";
 constexpr const char* kSlipped = "scans in which the landmarks contradicted the wheels";
+constexpr const char* kMoved = "things that did not stand still for long; not in the map";
 constexpr const char* kRefused = "fixes that contradict all else; not used";
 constexpr double kDrift = 0.1;  // of the way, until the heading is known
 constexpr double kInView = 20;  // m, within which a landmark must be seen
@@ -328,7 +329,7 @@ void EkfSlam::initialise(const std::vector<Seen>& seen, const std::vector<int>& 
     });
     if (apart) fresh.push_back(s);
   }
-  std::erase_if(guesses_, [&](const Guess& g) { return to_seconds(clock_ - g.last) > kForgotten; });
+  drop_guesses();
   const bool first = known_.empty();  // where the map begins
   for (const std::size_t s : fresh) {
     if (!first && !confirmed(seen[s])) continue;
@@ -348,14 +349,22 @@ bool EkfSlam::confirmed(const Seen& seen) {
   const auto same = [&](const Guess& g) { return (g.p_map - p_map).norm() < options_.guess_gate; };
   const auto guess = std::find_if(guesses_.begin(), guesses_.end(), same);
   if (guess == guesses_.end()) {
-    guesses_.push_back({p_map, clock_, 1});
+    guesses_.push_back({p_map, clock_, clock_, 1});
     return false;
   }
-  guess->p_map += (p_map - guess->p_map) / ++guess->sightings;
+  ++guess->sightings;
   guess->last = clock_;
-  if (guess->sightings < options_.confirmed) return false;
+  const bool stands = to_seconds(clock_ - guess->first) >= options_.stands;
+  if (guess->sightings < options_.confirmed || !stands) return false;
   guesses_.erase(guess);
   return true;
+}
+
+void EkfSlam::drop_guesses() {
+  const auto dropped = [&](const Guess& g) { return to_seconds(clock_ - g.last) > kForgotten; };
+  for (const Guess& g : guesses_)
+    if (dropped(g) && g.sightings >= options_.confirmed) report_.count(kMoved);
+  std::erase_if(guesses_, dropped);
 }
 
 // Does a beam go through where it should stand?
@@ -616,6 +625,7 @@ void describe(OptionFields& f, EkfSlamOptions& o) {
         {"1", "of these in a scan, or scans in a row, that are enough", 1, 1000});
   f.add("ekf_slam.confirmed", o.confirmed,
         {"1", "sightings before it is more than a guess", 1, 1000});
+  f.add("ekf_slam.stands", o.stands, {"s", "for which it stands in one place until then", 0, 1e6});
   f.add("ekf_slam.guess_gate", o.guess_gate, {"m", "between these", 0.01, 10});
   f.add("ekf_slam.gone", o.gone, {"1", "scans that look through it before it is given up", 1, 1e6});
   f.add("ekf_slam.near", o.near, {"m", "what is kept up to date", 10, 1e6});

@@ -45,8 +45,9 @@ struct EkfSlamOptions {
                              ///< none of the others
   double least_apart = 1.0;  ///< m, nor nearer than this to any of them
   double recent = 4;         ///< s, after which a landmark that is seen again is doubted at first
-  int witnesses = 3;  ///< such landmarks in one scan, or scans in a row with one, that are enough
-  int confirmed = 3;  ///< sightings before a landmark is more than a guess
+  int witnesses = 3;    ///< such landmarks in one scan, or scans in a row with one, that are enough
+  int confirmed = 3;    ///< sightings before a landmark is more than a guess
+  double stands = 0.8;  ///< s, for which it stands in one place until then
   double guess_gate = 0.5;  ///< m, between these sightings
   int gone = 10;            ///< scans in a row that look through it, before it is given up
   double near = 75;         ///< m, what is kept up to date
@@ -152,7 +153,7 @@ class EkfSlam {
   /// Seen, but not often enough yet.
   struct Guess {
     Vec2 p_map;
-    Time last;
+    Time first, last;
     int sightings;
   };
 
@@ -190,6 +191,7 @@ class EkfSlam {
   void initialise(const std::vector<Seen>& seen, const std::vector<int>& choice);
   void forget(const Scan& scan);
   bool confirmed(const Seen& seen);
+  void drop_guesses();
   bool looked_through(const Scan& scan, int id) const;
   void see(const GpsFix& fix);
   void keep(const GpsFix& fix, std::size_t piece);
