@@ -32,6 +32,7 @@ constexpr const char* kSlipped = "scans in which the landmarks contradicted the 
 constexpr const char* kMoved = "things that did not stand still for long; not in the map";
 constexpr const char* kRefused = "fixes that contradict all else; not used";
 constexpr double kDrift = 0.1;  // of the way, until the heading is known
+constexpr int kWitness = 10;    // sightings of a landmark that may contradict the wheels
 constexpr double kInView = 20;  // m, within which a landmark must be seen
 
 LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {
@@ -220,12 +221,13 @@ EkfSlam::Matching EkfSlam::match(const std::vector<Seen>& seen,
   for (const Seen& s : seen) matching.allowed.push_back(candidates(s, covariance));
   matching.choice = associate_jointly(matching.allowed, covariance, options_.association);
   for (std::size_t s = 0; s < seen.size(); ++s)
-    if (const Pairing* p = matching.pairing(s)) matching.followed += just_seen(p->landmark);
+    if (const Pairing* p = matching.pairing(s)) matching.followed += followed(p->landmark);
   return matching;
 }
 
-bool EkfSlam::just_seen(int id) const {
-  return !estimates_.empty() && known_[static_cast<std::size_t>(id)].last == estimates_.back().time;
+bool EkfSlam::followed(int id) const {
+  const Known& known = known_[static_cast<std::size_t>(id)];
+  return !estimates_.empty() && known.last == estimates_.back().time && known.sightings > kWitness;
 }
 
 // ---- Wheels that err more than they ever say -------------------------------------------------
@@ -244,8 +246,8 @@ double EkfSlam::told_nothing(double seconds) const {
 // otherwise: they are believed, all together, and the wheels are not.
 void EkfSlam::match_without_wheels(const std::vector<Seen>& seen, Matching& matching) {
   const auto& near = filter_.near();
-  const auto before = static_cast<int>(
-      std::count_if(near.begin(), near.end(), [&](int i) { return just_seen(i); }));
+  const auto before =
+      static_cast<int>(std::count_if(near.begin(), near.end(), [&](int i) { return followed(i); }));
   if (before < 2 || 2 * matching.followed >= before || mistrusted(clock_)) return;
   const double seconds = to_seconds(clock_ - estimates_.back().time);
   filter::RelativeInput<LandmarkFilter::kExtra> more;

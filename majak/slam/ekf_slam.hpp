@@ -177,7 +177,7 @@ class EkfSlam {
   std::vector<Seen> look(const Scan& scan) const;
   Matching match(const std::vector<Seen>& seen, const Eigen::MatrixXd& covariance) const;
   std::vector<Pairing> candidates(const Seen& seen, const Eigen::MatrixXd& covariance) const;
-  bool just_seen(int id) const;
+  bool followed(int id) const;
   bool mistrusted(Time time);
   double told_nothing(double seconds) const;
   void match_without_wheels(const std::vector<Seen>& seen, Matching& matching);
