@@ -112,4 +112,17 @@ std::vector<LandmarkSighting> find_trunks(const Scan& scan, const TrunkOptions& 
   return found;
 }
 
+void describe(OptionFields& f, TrunkOptions& o) {
+  f.add("trunks.max_range", o.max_range, {"m", "of trunks and poles", 1, 1000});
+  f.add("trunks.min_range", o.min_range, {"m", "of trunks and poles", 0, 1000});
+  f.add("trunks.max_diameter", o.max_diameter, {"m", "of one", 0.01, 100});
+  f.add("trunks.gap", o.gap, {"m", "between neighbouring beams on one", 0.001, 10});
+  f.add("trunks.clearance", o.clearance, {"m", "everything beside it is farther by this", 0, 100});
+  f.add("trunks.lone", o.lone, {"m", "within which nothing else is seen", 0, 100});
+  f.add("trunks.least_beams", o.least_beams, {"1", "that see it", 1, 1000});
+  f.add("trunks.spot", o.spot, {"rad", "by which the beam's width makes it wider", 0, 0.1});
+  f.add("trunks.range_sigma", o.range_sigma, {"m", "of the range to the bark", 0.001, 10});
+  f.add("trunks.bearing_sigma", o.bearing_sigma, {"1", "of an angle step", 0.001, 100});
+}
+
 }  // namespace majak::beacon

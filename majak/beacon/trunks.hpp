@@ -7,6 +7,7 @@
 
 #include "majak/beacon/landmark.hpp"
 #include "majak/core/event.hpp"
+#include "majak/core/options.hpp"
 
 namespace majak::beacon {
 
@@ -22,6 +23,8 @@ struct TrunkOptions {
   double range_sigma = 0.05;   ///< m, of the range to the bark
   double bearing_sigma = 0.3;  ///< of an angle step
 };
+
+void describe(OptionFields& fields, TrunkOptions& options);
 
 /// Those of a scan, from the first beam to the last. A beam that is lost in the midst of a trunk is
 /// passed over (MATH "Landmarks").

@@ -27,12 +27,13 @@ constexpr double kThrough = 0.7;  // m behind a landmark where a beam ends that 
 constexpr double kForgotten = 1;  // s after which a guess that is not seen again is dropped
 constexpr int kNew = -1, kDoubted = -2;  // choices that are no pairing
 constexpr const char* kStuck =
-    "scans in which the landmarks turned and the steering stayed as it was: it is stuck";
+    "scans while the steering was stuck: the same as never before, or though the landmarks turned";
 constexpr const char* kSlipped = "scans in which the landmarks contradicted the wheels";
 constexpr const char* kMoved = "things that did not stand still for long; not in the map";
 constexpr const char* kRefused = "fixes that contradict all else; not used";
 constexpr double kDrift = 0.1;  // of the way, until the heading is known
-constexpr int kWitness = 10;    // sightings of a landmark that may contradict the wheels
+constexpr double kNever = 3;    // times as far as ever before
+constexpr int kWitness = 3;     // sightings of a landmark that may contradict the wheels
 constexpr double kInView = 20;  // m, within which a landmark must be seen
 
 LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {
@@ -96,7 +97,7 @@ void EkfSlam::predict(Time time) {
   motion.keep.tail<2>().setConstant(keep);
   motion.extra_noise.tail<2>().setConstant(options_.gps_sigma * options_.gps_sigma *
                                            (1 - keep * keep));
-  if (mistrusted(time)) motion.noise.diagonal().array() += told_nothing(seconds);
+  if (mistrusted(time)) motion.noise += told_nothing(seconds);
   filter_.predict(motion);
   since_scan_.then(motion);
   clock_ = begun_ ? std::max(clock_, time) : time;
@@ -234,12 +235,14 @@ bool EkfSlam::followed(int id) const {
 
 // A sensor that is stuck tells nothing until it moves again.
 bool EkfSlam::mistrusted(Time time) {
-  stuck_ = stuck_ && motion_.steering_held() > options_.stuck;
+  const bool same = motion_.steering_held() > options_.stuck;
+  stuck_ = same && (stuck_ || motion_.steering_held() > kNever * motion_.steering_held_before());
   return stuck_ || time < mistrusted_until_;
 }
 
-double EkfSlam::told_nothing(double seconds) const {
-  return options_.mistrusted_noise * options_.mistrusted_noise * seconds;
+// Of a step. The way, too: it bends within the step.
+Mat3 EkfSlam::told_nothing(double seconds) const {
+  return options_.mistrusted_noise * options_.mistrusted_noise * seconds * Mat3::Identity();
 }
 
 // Most landmarks of the scan before are seen no more, and would be if the robot had moved
@@ -249,10 +252,9 @@ void EkfSlam::match_without_wheels(const std::vector<Seen>& seen, Matching& matc
   const auto before =
       static_cast<int>(std::count_if(near.begin(), near.end(), [&](int i) { return followed(i); }));
   if (before < 2 || 2 * matching.followed >= before || mistrusted(clock_)) return;
-  const double seconds = to_seconds(clock_ - estimates_.back().time);
   filter::RelativeInput<LandmarkFilter::kExtra> more;
   more.at = filter_.extra();
-  more.noise.diagonal().setConstant(told_nothing(seconds));
+  more.noise = told_nothing(to_seconds(clock_ - estimates_.back().time));
   Eigen::MatrixXd covariance = filter_.covariance();
   covariance.topLeftCorner<3, 3>() += more.noise;
   Matching without = match(seen, covariance);
@@ -339,7 +341,7 @@ void EkfSlam::initialise(const std::vector<Seen>& seen, const std::vector<int>& 
     const Centre at = centre(seen[s], diameter, variance);
     const int id = filter_.add(at.q_robot, at.noise + std::pow(options_.alike_sigma, 2) *
                                                           Eigen::Matrix2d::Identity());
-    known_.push_back({clock_, 0, 0, 1, 0, diameter, variance, false});
+    known_.push_back({clock_, 0, 0, 1, 0, diameter, variance});
     sightings_.push_back({estimates_.size(), id, seen[s]});
   }
 }
@@ -381,6 +383,11 @@ bool EkfSlam::looked_through(const Scan& scan, int id) const {
   return scan.ranges[least] > range + kThrough && scan.ranges[least + 1] > range + kThrough;
 }
 
+Eigen::Matrix2d EkfSlam::covariance_of(int id) const {
+  const int column = filter_.column(id);
+  return filter_.covariance().block<2, 2>(column, column);
+}
+
 // Landmarks that are no longer there. Where several are not, and no other is, the robot is not.
 void EkfSlam::forget(const Scan& scan) {
   const std::vector<int> near = filter_.near();
@@ -394,6 +401,8 @@ void EkfSlam::forget(const Scan& scan) {
     if (known.missed < options_.gone) continue;
     report_.count("landmarks that were there no more when looked at again");
     known.gone = true;
+    known.p_map = filter_.landmark(id);
+    known.covariance = covariance_of(id);
     filter_.remove(id);
   }
   misfits_ = held ? 0 : misfits_ + (missing >= 2);
@@ -489,6 +498,13 @@ void EkfSlam::find_heading(const GpsFix& fix, std::size_t piece) {
     move(e, T_new_old, covariance);
     doubt_if_vague(e);
   }
+  for (Known& known : known_) {  // the filter no longer has those that are gone
+    Estimate as_pose{.T_map_robot = {known.p_map.x(), known.p_map.y(), 0}};
+    as_pose.covariance.topLeftCorner<2, 2>() = known.covariance;
+    move(as_pose, T_new_old, covariance);
+    known.p_map = as_pose.T_map_robot.translation();
+    known.covariance = as_pose.covariance.topLeftCorner<2, 2>();
+  }
   looked_from_ = filter_.T_map_robot().translation();
   filter_.look_around(looked_from_, options_.near);
   oriented_ = true;
@@ -542,9 +558,8 @@ LandmarkMap EkfSlam::finish() {
     const Known& known = known_[i];
     if (known.sightings < options_.confirmed) continue;
     MappedLandmark m;
-    m.p_map = filter_.landmark(static_cast<int>(i));
-    if (const int column = filter_.column(static_cast<int>(i)); column >= 0)
-      m.covariance = filter_.covariance().block<2, 2>(column, column);
+    m.p_map = known.gone ? known.p_map : filter_.landmark(static_cast<int>(i));
+    m.covariance = known.gone ? known.covariance : covariance_of(static_cast<int>(i));
     m.diameter = known.diameter;
     m.sightings = known.sightings;
     m.gone = known.gone;
@@ -589,6 +604,8 @@ localize::Localizer ekf_slam(const EkfSlamOptions& options, const Pose2& start) 
 }
 
 void describe(OptionFields& f, EkfSlamOptions& o) {
+  describe(f, o.trunks);
+  describe(f, o.association);
   f.add("ekf_slam.way_noise", o.wheels.way_noise, {"m/sqrt(m)", "wheels, along the way", 0, 10});
   f.add("ekf_slam.side_noise", o.wheels.side_noise, {"m/sqrt(m)", "wheels, across the way", 0, 10});
   f.add("ekf_slam.turn_noise", o.wheels.turn_noise,

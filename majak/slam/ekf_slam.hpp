@@ -80,7 +80,7 @@ void describe(OptionFields& fields, EkfSlamOptions& options);
 /// A landmark of the finished map.
 struct MappedLandmark {
   Vec2 p_map = Vec2::Zero();
-  /// m^2, map axes; zero for one that is gone: the filter has forgotten it.
+  /// m^2, map axes; of one that is gone as it was known then.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
   double diameter = 0;  ///< m
   int sightings = 0;
@@ -142,7 +142,10 @@ class EkfSlam {
     int returns = 0;
     int sightings = 0, missed = 0;
     double diameter = 0, diameter_variance = 0;  ///< m, m^2
+    // Of one that is gone, as it was known then.
     bool gone = false;
+    Vec2 p_map = Vec2::Zero();
+    Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
   };
   struct Sighting {
     std::size_t scan;
@@ -179,7 +182,7 @@ class EkfSlam {
   std::vector<Pairing> candidates(const Seen& seen, const Eigen::MatrixXd& covariance) const;
   bool followed(int id) const;
   bool mistrusted(Time time);
-  double told_nothing(double seconds) const;
+  Mat3 told_nothing(double seconds) const;
   void match_without_wheels(const std::vector<Seen>& seen, Matching& matching);
   void doubt(Time time, Matching& matching);
   Pairing pair(const Seen& seen, int id, const Eigen::MatrixXd& covariance) const;
@@ -192,6 +195,7 @@ class EkfSlam {
   void forget(const Scan& scan);
   bool confirmed(const Seen& seen);
   void drop_guesses();
+  Eigen::Matrix2d covariance_of(int id) const;
   bool looked_through(const Scan& scan, int id) const;
   void see(const GpsFix& fix);
   void keep(const GpsFix& fix, std::size_t piece);

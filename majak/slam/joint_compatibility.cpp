@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "majak/core/chi_square.hpp"
 
@@ -101,6 +102,12 @@ class Search {
   int nodes_ = 0;
 };
 
+// Sightings without a candidate come last: none of them costs a place among those looked at.
+bool sooner(const std::vector<Pairing>& a, const std::vector<Pairing>& b) {
+  if (a.empty() || b.empty()) return !a.empty() && b.empty();
+  return a.size() != b.size() ? a.size() < b.size() : a.front().nis < b.front().nis;
+}
+
 }  // namespace
 
 Eigen::Matrix2d shared_spread(const Pairing& a, const Pairing& b,
@@ -116,7 +123,23 @@ Eigen::Matrix2d shared_spread(const Pairing& a, const Pairing& b,
 std::vector<int> associate_jointly(const std::vector<std::vector<Pairing>>& candidates,
                                    const Eigen::MatrixXd& covariance,
                                    const JointCompatibilityOptions& options) {
-  return Search(candidates, covariance, options).run();
+  std::vector<std::size_t> order(candidates.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return sooner(candidates[a], candidates[b]);
+  });
+  std::vector<std::vector<Pairing>> ordered;
+  for (const std::size_t s : order) ordered.push_back(candidates[s]);
+  const std::vector<int> found = Search(ordered, covariance, options).run();
+  std::vector<int> choice(candidates.size());
+  for (std::size_t i = 0; i < order.size(); ++i) choice[order[i]] = found[i];
+  return choice;
+}
+
+void describe(OptionFields& f, JointCompatibilityOptions& o) {
+  f.add("association.gate", o.gate,
+        {"1", "probability with which true pairings pass, each and together", 0.5, 0.999999});
+  f.add("association.most_nodes", o.most_nodes, {"1", "of the search", 1, 1e9});
 }
 
 }  // namespace majak::slam

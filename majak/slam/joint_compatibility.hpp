@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "majak/core/options.hpp"
 #include "majak/core/pose2.hpp"
 
 namespace majak::slam {
@@ -27,9 +28,12 @@ struct JointCompatibilityOptions {
   int most_nodes = 3000;  ///< of the search; then the best so far counts
 };
 
+void describe(OptionFields& fields, JointCompatibilityOptions& options);
+
 /// candidates[s]: the pairings that sighting s alone allows, likeliest first. Returns one index
 /// into each list, -1 for none; no landmark twice. As many as are jointly compatible, and of these
-/// the nearest. `covariance`: of the state, x, y, theta first.
+/// the nearest. In whatever order the sightings come: those with the fewest candidates are paired
+/// first, each with those before. `covariance`: of the state, x, y, theta first.
 std::vector<int> associate_jointly(const std::vector<std::vector<Pairing>>& candidates,
                                    const Eigen::MatrixXd& covariance,
                                    const JointCompatibilityOptions& options = {});

@@ -142,7 +142,9 @@ class Problem {
       normal += by.transpose() * information * by;
       right += by.transpose() * information * left;
     }
-    numbers_.head<MotionInput::kNumbers>() += normal.ldlt().solve(right);
+    const Eigen::LDLT<Normal> solver(normal);
+    numbers_.head<MotionInput::kNumbers>() += solver.solve(right);
+    learnt_variance_ = solver.solve(Normal::Identity()).diagonal();
   }
 
   void store() {
@@ -157,6 +159,12 @@ class Problem {
       map_.landmarks[i].covariance = marginals.covariance(node).topLeftCorner<2, 2>();
     }
     map_.numbers = numbers_;
+    // The filter tells of them in this order, the wheels' first.
+    auto& learnt = map_.localization.learnt;
+    for (std::size_t k = 0; k < learnt.size() && k < MotionInput::kNumbers; ++k) {
+      const auto i = static_cast<Eigen::Index>(k);
+      learnt[k].value = numbers_(i), learnt[k].sigma = std::sqrt(learnt_variance_(i));
+    }
   }
 
   LandmarkMap& map_;
@@ -166,6 +174,7 @@ class Problem {
   graph::Summary summary_;
   std::vector<std::size_t> antenna_edges_;
   filter::LandmarkFilter::Extra numbers_;
+  Eigen::Matrix<double, MotionInput::kNumbers, 1> learnt_variance_;  ///< given the poses
 };
 
 // Landmarks that stand in one place are one. True where any were found.

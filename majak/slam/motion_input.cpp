@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace majak::slam {
 namespace {
 
 constexpr double kLongest = 0.5;  // s that the odometry's last velocity is taken to hold
+constexpr int kReadings = 30;     // of the steering that tell how often it stays the same
 constexpr double kSame = 1e-7;    // rad, between readings that are the same
 
 }  // namespace
@@ -55,7 +57,11 @@ void MotionInput::go_on(Time time) {
 void MotionInput::add(const WheelMotion& wheels) {
   if (odometry_) return;
   go_on(wheels.time);
-  if (!wheels_ || std::abs(wheels.steering - wheels_->steering) > kSame) steered_at_ = way_;
+  if (!wheels_ || std::abs(wheels.steering - wheels_->steering) > kSame) {
+    held_ = std::max(held_, way_ - steered_at_);
+    steered_at_ = way_;
+    ++readings_;
+  }
   wheels_ = wheels;
   const double turn = wheels.speed * std::tan(wheels.steering) / wheelbase_;
   twist_ = {wheels.speed, 0, turn};
@@ -72,6 +78,10 @@ void MotionInput::add(const Odometry& odometry) {
   T_odom_now_ = odometry.T_odom_robot;
   clock_ = odometry.time;  // back from where it was guessed to be, if it comes late
   begun_ = true;
+}
+
+double MotionInput::steering_held_before() const {
+  return readings_ < kReadings ? std::numeric_limits<double>::infinity() : held_;
 }
 
 MotionInput::Motion MotionInput::take(Time time) {

@@ -40,6 +40,8 @@ class MotionInput {
   bool told() const { return wheels_ || odometry_; }
   /// m driven, either way, since a car's steering last read anything else.
   double steering_held() const { return wheels_ ? way_ - steered_at_ : 0; }
+  /// The most of that before; infinite until some readings tell how it behaves.
+  double steering_held_before() const;
 
  private:
   void roll(const motion::WheelStep& step);
@@ -54,7 +56,8 @@ class MotionInput {
   Vec3 twist_ = Vec3::Zero(), taken_twist_ = Vec3::Zero();  ///< now, and when taken last
   Time clock_ = 0;
   bool begun_ = false;
-  double way_ = 0, turned_ = 0, steered_at_ = 0;
+  double way_ = 0, turned_ = 0, steered_at_ = 0, held_ = 0;
+  int readings_ = 0;  ///< that differ from the one before
 };
 
 }  // namespace majak::slam

@@ -130,6 +130,17 @@ void try_all(const Candidates& candidates, const Eigen::MatrixXd& covariance, do
   }
 }
 
+/// Those with the fewest candidates first, then the nearest; without any last.
+Candidates in_order(Candidates candidates) {
+  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
+    const auto key = [](const std::vector<Pairing>& c) {
+      return c.empty() ? std::pair(std::size_t{1000}, 0.0) : std::pair(c.size(), c[0].nis);
+    };
+    return key(a) < key(b);
+  });
+  return candidates;
+}
+
 TEST(JointCompatibility, IsTheBestOfAllAssignments) {
   int crowded = 0, contested = 0;
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {
@@ -141,7 +152,7 @@ TEST(JointCompatibility, IsTheBestOfAllAssignments) {
       const auto pairs = chosen(candidates, choice);
       std::vector<int> empty;
       Best best{0, 1e9};
-      try_all(candidates, p.covariance, gate, empty, best);
+      try_all(in_order(candidates), p.covariance, gate, empty, best);
       ASSERT_EQ(choice.size(), candidates.size());
       EXPECT_TRUE(one_each(pairs));
       EXPECT_EQ(pairs.size(), best.count) << seed;
@@ -223,6 +234,22 @@ TEST(JointCompatibility, NoLandmarkTwice) {
   EXPECT_EQ(choice[0], 0);  // the nearest of the three
 }
 
+TEST(JointCompatibility, TheOrderOfTheSightingsDoesNotMatter) {
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const Problem p = random_problem(seed);
+    const Candidates candidates = p.candidates();
+    const auto choice = associate_jointly(candidates, p.covariance, {.gate = 0.5});
+    std::vector<std::size_t> order(candidates.size());
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    while (std::next_permutation(order.begin(), order.end())) {
+      Candidates moved;
+      for (const std::size_t s : order) moved.push_back(candidates[s]);
+      const auto found = associate_jointly(moved, p.covariance, {.gate = 0.5});
+      for (std::size_t i = 0; i < order.size(); ++i) ASSERT_EQ(found[i], choice[order[i]]) << seed;
+    }
+  }
+}
+
 TEST(JointCompatibility, NothingToChooseFrom) {
   const Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(3, 3);
   EXPECT_TRUE(associate_jointly({}, covariance).empty());
@@ -254,7 +281,7 @@ TEST(JointCompatibility, AShortSearchIsConsistentAndALongerOneNoWorse) {
   EXPECT_GT(less, 50);
 }
 
-// More sightings than are looked at together: the first ones count.
+// More sightings than are looked at together: the nearest count.
 TEST(JointCompatibility, ManySightings) {
   Problem p;
   const int n = 40;

@@ -81,9 +81,13 @@ TEST(LandmarkGraph, BentPathsComeBack) {
 }
 
 TEST(LandmarkGraph, WhatTheWheelsCountWronglyIsLearnt) {
-  const Round round(1.03);
+  Round round(1.03);
+  round.seen.localization.learnt = {{"scale of the way", "1", 7, 7}};  // by the filter
   const LandmarkMap map = optimize_landmarks(round.seen);
   EXPECT_NEAR(map.numbers(WheelStep::kScale), 1.03, 2e-3);
+  ASSERT_EQ(map.localization.learnt.size(), 1u);
+  EXPECT_EQ(map.localization.learnt[0].value, map.numbers(WheelStep::kScale));
+  EXPECT_NEAR(map.localization.learnt[0].sigma, 0.02 / std::sqrt(125), 3e-4);
   EXPECT_LT(round.worst(map), 0.02);
 }
 
