@@ -133,3 +133,18 @@ for method in global monte-carlo markov; do
   ok "$majak" localize no_beam.log --map hall --method $method -o no_beam --json
   grep -q '"ok": 0,' out || fail "$method is sure of its place without a single return: $(cat out)"
 done
+
+# Trunks as landmarks: no map is needed, every option has a name.
+ok "$majak" simulate park --short --seed 3 -o park.mcap
+for method in ekf-slam landmark-graph; do
+  ok "$majak" localize park.mcap --method $method -o $method --set ekf_slam.wheelbase=2.7 --set trunks.max_range=40 \
+    --set association.gate=0.98 --json
+  non_empty $method/{trajectory.tum,covariance.csv,summary.json,options.toml,trajectory.png}
+  mean=$(sed -n 's/.*"translation_mean_m": \([0-9.e-]*\).*/\1/p' out)
+  awk -v m="$mean" 'BEGIN { exit !(m > 0 && m < 0.45) }' || fail "$method: $mean m off; 0.35 were seen"
+  grep -q '^max_range = 40' $method/options.toml || fail "$method: the option is not in options.toml"
+done
+ok "$majak" localize park.mcap --method ekf-slam -o again_slam --options ekf-slam/options.toml
+cmp -s again_slam/trajectory.tum ekf-slam/trajectory.tum || fail "the same options, another path"
+refused "$majak" localize park.mcap --method ekf-slam --set trunks.no_such=1
+refused "$majak" localize park.mcap --method ekf-slam --set association.gate=2
