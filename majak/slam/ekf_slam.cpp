@@ -33,7 +33,7 @@ constexpr const char* kMoved = "things that did not stand still for long; not in
 constexpr const char* kRefused = "fixes that contradict all else; not used";
 constexpr double kDrift = 0.1;  // of the way, until the heading is known
 constexpr double kNever = 3;    // times as far as ever before
-constexpr int kWitness = 10;     // sightings of a landmark that may contradict the wheels
+constexpr int kWitness = 10;    // sightings of a landmark that may contradict the wheels
 constexpr double kInView = 20;  // m, within which a landmark must be seen
 
 LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {

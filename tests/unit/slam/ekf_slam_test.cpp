@@ -162,8 +162,8 @@ TEST(EkfSlam, SightingsErrAlikeAtAllRanges) {
 }
 
 // Beyond the first seconds, in which the wheels tell of an acceleration a tenth of a second late,
-// the pose errs by no more than stated. (Only on long ways without satellites is the filter too sure: the linear
-// model turns heading errors into knowledge.)
+// the pose errs by no more than stated. (Only on long ways without satellites is the filter too
+// sure: the linear model turns heading errors into knowledge.)
 TEST(EkfSlam, ThePoseErrsAsStatedInTheFirstMinute) {
   double sum = 0;
   int n = 0, within = 0;
