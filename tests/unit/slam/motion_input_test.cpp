@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <algorithm>
 #include <vector>
 
@@ -225,6 +227,19 @@ TEST(MotionInput, TakenWithScalesOfOneAndNoOffsets) {
     EXPECT_EQ(m.at, from.extra);
     EXPECT_EQ(m.apply(from).extra, from.extra);
   }
+}
+
+// Of a sensor that never reads the same twice, until it is stuck.
+TEST(MotionInput, HowFarTheSteeringStaysTheSame) {
+  MotionInput input({}, 2.7, 1);
+  for (int k = 0; k < 100; ++k) {
+    if (k == 20) EXPECT_TRUE(std::isinf(input.steering_held_before()));
+    input.add(WheelMotion{k * kSecond / 10, 2, 0.001 * std::min(k, 60)});
+  }
+  EXPECT_NEAR(input.steering_held_before(), 0.2, 1e-9);
+  EXPECT_NEAR(input.steering_held(), 39 * 0.2, 1e-9);
+  input.add(WheelMotion{10 * kSecond, 2, 0});
+  EXPECT_EQ(input.steering_held(), 0);
 }
 
 }  // namespace
