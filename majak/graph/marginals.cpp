@@ -19,15 +19,16 @@ Marginals::Marginals(const PoseGraph& graph, std::span<const double> edge_weight
       diagonal_[i] = blocks[equations_.variable(static_cast<int>(i))];
 }
 
-std::vector<Vec3> Marginals::response(const PoseGraph& graph, std::span<const Vec3> shifts) const {
+std::vector<Vec3> Marginals::response(const PoseGraph& graph, std::size_t first,
+                                      std::span<const Vec3> shifts) const {
   std::vector<double> column(3 * static_cast<std::size_t>(equations_.matrix().size()), 0.0);
   const auto add = [&](int pose, const Vec3& gradient) {
     if (equations_.is_anchor(pose)) return;
     Eigen::Map<Vec3>(&column[3 * static_cast<std::size_t>(equations_.variable(pose))]) += gradient;
   };
-  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
+  for (std::size_t k = 0; k < shifts.size(); ++k) {
     if (shifts[k].isZero()) continue;
-    const Edge& edge = graph.edges[k];
+    const Edge& edge = graph.edges[first + k];
     const ResidualJacobians d =
         residual_jacobians(poses_[static_cast<std::size_t>(edge.from)],
                            poses_[static_cast<std::size_t>(edge.to)], edge.T_from_to);

@@ -24,7 +24,12 @@ class Marginals {
 
   /// How the optimum moves, to first order, if the measurement of edge k is off by shifts[k], i.e.
   /// T_from_to * exp(shift); one solve. `graph`: the one that this was made from.
-  std::vector<Vec3> response(const PoseGraph& graph, std::span<const Vec3> shifts) const;
+  std::vector<Vec3> response(const PoseGraph& graph, std::span<const Vec3> shifts) const {
+    return response(graph, 0, shifts);
+  }
+  /// The same with shifts[k] of edge first + k, and none of all others.
+  std::vector<Vec3> response(const PoseGraph& graph, std::size_t first,
+                             std::span<const Vec3> shifts) const;
 
   /// Covariance of pose i with every pose j, [j](r, c) = cov(j's r, i's c); three solves.
   std::vector<Mat3> cross(int i) const;

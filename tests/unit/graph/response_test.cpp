@@ -100,6 +100,18 @@ TEST(Response, IsLinearInTheShifts) {
   EXPECT_LT(off(marginals.response(g, both), sum), 1e-10 * size(sum));
 }
 
+TEST(Response, OfSomeEdgesIsThatOfAllWithTheOthersStill) {
+  const PoseGraph g = optimal_graph(8, 0.05);
+  const Marginals marginals(g);
+  const std::size_t first = 3, last = 9;
+  auto shifts = random_shifts(g, 4);
+  ASSERT_GT(shifts.size(), last);
+  const std::vector<Vec3> some(shifts.begin() + first, shifts.begin() + last);
+  for (std::size_t k = 0; k < shifts.size(); ++k)
+    if (k < first || k >= last) shifts[k].setZero();
+  EXPECT_EQ(marginals.response(g, first, some), marginals.response(g, shifts));
+}
+
 TEST(Response, ToNothingIsNothing) {
   const PoseGraph g = optimal_graph(6, 0.05);
   const Marginals marginals(g);
