@@ -29,7 +29,7 @@ WheelStep wheel_step(const Vec3& twist);
 struct WheelRandom {
   double way_noise = 0.02;    ///< m per sqrt(m), along
   double side_noise = 0.02;   ///< m per sqrt(m), across
-  double turn_noise = 0.007;  ///< rad per sqrt(m)
+  double turn_noise = 0.003;  ///< rad per sqrt(m)
   double spin_noise = 0.05;   ///< rad per sqrt(rad)
 };
 

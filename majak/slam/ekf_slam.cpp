@@ -74,7 +74,7 @@ void move(Estimate& e, const Pose2& T_new_old, const Mat3& covariance) {
 EkfSlam::EkfSlam(const EkfSlamOptions& options, const Pose2& start)
     : options_(options),
       filter_(beginning(options, start)),
-      motion_(options.wheels, options.wheelbase, options.idle_noise),
+      motion_(options.wheels, options.wheelbase, options.idle_noise, options.crab_wander),
       pieces_(options.pieces),
       since_scan_(MotionInput::counted_right()) {}
 
@@ -626,6 +626,8 @@ void describe(OptionFields& f, EkfSlamOptions& o) {
         {"1/rad", "of its square", 0, 10});
   f.add("ekf_slam.crab_sigma", o.crab_sigma,
         {"rad", "between the laser's and the axle's direction", 0, 1});
+  f.add("ekf_slam.crab_wander", o.crab_wander,
+        {"rad/sqrt(m)", "how that changes with the ground", 0, 1});
   f.add("ekf_slam.lag_sigma", o.lag_sigma, {"s", "of the wheels behind the laser", 0, 1});
   f.add("ekf_slam.mirror_turn", o.mirror_turn, {"s", "of the laser's mirror, 0: none", 0, 1});
   f.add("ekf_slam.point_sigma", o.point_sigma,

@@ -53,8 +53,9 @@ struct EkfSlamOptions {
   double near = 75;         ///< m, what is kept up to date
   double look_around = 15;  ///< m driven between two looks around
 
-  double crab_sigma = 0.02;  ///< rad, between the laser's and the axle's direction
-  double lag_sigma = 0.05;   ///< s, of the wheels behind the laser
+  double crab_sigma = 0.02;   ///< rad, between the laser's and the axle's direction
+  double crab_wander = 1e-3;  ///< rad per sqrt(m), how that changes with the ground
+  double lag_sigma = 0.05;    ///< s, of the wheels behind the laser
 
   double blind = 10;  ///< m driven without a landmark before the pose is called degraded
   double sure = 1;    ///< m, one sigma of a position that is not

@@ -21,8 +21,13 @@ MotionInput::Motion MotionInput::counted_right() {
   return motion;
 }
 
-MotionInput::MotionInput(const motion::WheelRandom& random, double wheelbase, double idle)
-    : random_(random), wheelbase_(wheelbase), idle_(idle), pending_(counted_right()) {}
+MotionInput::MotionInput(const motion::WheelRandom& random, double wheelbase, double idle,
+                         double wander)
+    : random_(random),
+      wheelbase_(wheelbase),
+      idle_(idle),
+      wander_(wander),
+      pending_(counted_right()) {}
 
 void MotionInput::roll(const motion::WheelStep& wheels) {
   Motion step;
@@ -32,6 +37,7 @@ void MotionInput::roll(const motion::WheelStep& wheels) {
   by_numbers << wheels.by_numbers, Vec3(-wheels.twist.y(), wheels.twist.x(), 0), Vec3::Zero();
   step.by_extra.leftCols<kNumbers>() = right_jacobian(wheels.twist) * by_numbers;
   step.noise.diagonal() = motion::step_variance(wheels.twist, random_);
+  step.extra_noise(kCrab) = wander_ * wander_ * wheels.twist.head<2>().norm();
   pending_.then(step);
   way_ += wheels.twist.head<2>().norm();
   turned_ += std::abs(wheels.twist.z());

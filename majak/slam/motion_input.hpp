@@ -23,8 +23,9 @@ class MotionInput {
   /// No motion, with scales of one and no offsets.
   static Motion counted_right();
 
-  /// `idle`: m and rad per sqrt(s), until the wheels tell something.
-  MotionInput(const motion::WheelRandom& random, double wheelbase, double idle);
+  /// `idle`: m and rad per sqrt(s), until the wheels tell something; `wander`: rad per
+  /// sqrt(m), how the direction in which it drives changes with the ground.
+  MotionInput(const motion::WheelRandom& random, double wheelbase, double idle, double wander = 0);
 
   /// Of a log that has both kinds the first to come counts.
   void add(const WheelMotion& wheels);
@@ -48,7 +49,7 @@ class MotionInput {
   void go_on(Time time);
 
   motion::WheelRandom random_;
-  double wheelbase_, idle_;
+  double wheelbase_, idle_, wander_;
   Motion pending_;
   std::optional<WheelMotion> wheels_;
   std::optional<Odometry> odometry_;

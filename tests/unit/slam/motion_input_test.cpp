@@ -242,5 +242,14 @@ TEST(MotionInput, HowFarTheSteeringStaysTheSame) {
   EXPECT_EQ(input.steering_held(), 0);
 }
 
+TEST(MotionInput, TheCrabWandersByTheWay) {
+  MotionInput input(kRandom, 2.7, 0.5, 2e-3);
+  input.add(WheelMotion{at(0), 3, 0.1});
+  EXPECT_EQ(input.take(at(0)).extra_noise.norm(), 0);
+  const Motion motion = input.take(at(2));
+  EXPECT_NEAR(motion.extra_noise(MotionInput::kCrab), 4e-6 * 6, 1e-12);
+  EXPECT_EQ(motion.extra_noise.sum(), motion.extra_noise(MotionInput::kCrab));
+}
+
 }  // namespace
 }  // namespace majak::slam
