@@ -108,7 +108,7 @@ slam::LandmarkMap run(const ParkData& data, const std::set<int>& held, bool sate
   return map;
 }
 
-slam::LandmarkMap graph(const slam::LandmarkMap& seen) {
+slam::LandmarkMap by_graph(const slam::LandmarkMap& seen) {
   const double begin = cpu_seconds();
   auto map = slam::optimize_landmarks(seen);
   fmt::print("graph: {:.2f} CPU s, {} landmarks\n", cpu_seconds() - begin, map.landmarks.size());
@@ -131,7 +131,7 @@ int main(int argc, char** argv) {
       const auto with = run(data, held, true);
       tell(fmt::format("EKF, fold {}", fold), match(data, with.localization, kAntenna, &held), {});
       tell(fmt::format("graph, fold {}", fold),
-           match(data, graph(with).localization, kAntenna, &held), {});
+           match(data, by_graph(with).localization, kAntenna, &held), {});
     }
   } catch (const Error& e) {
     fmt::print(stderr, "{}\n", e.what());

@@ -14,8 +14,6 @@
 namespace majak::slam {
 namespace {
 
-using motion::WheelStep;
-
 constexpr int kAntenna = MotionInput::kNumbers;
 constexpr double kUpright = 1e6;   // information of a heading that is none
 constexpr double kAny = 1e-6;      // of one that does not matter
@@ -32,13 +30,12 @@ Mat3 of_place(const Eigen::Matrix2d& information, double heading) {
 // errs, and where the antenna was at each fix. Places are poses whose heading nothing depends on.
 class Problem {
  public:
-  Problem(LandmarkMap& map, const EkfSlamOptions& ekf, const LandmarkGraphOptions& options)
-      : map_(map), ekf_(ekf), options_(options) {
-    numbers_ = map.numbers;
-  }
+  Problem(LandmarkMap& map, WheelNumbers& wheels, const EkfSlamOptions& ekf,
+          const LandmarkGraphOptions& options)
+      : map_(map), wheels_(wheels), ekf_(ekf), options_(options) {}
 
-  // Poses by the graph and what the wheels count wrongly by least squares, in turn. The antenna
-  // stays where the filter found it.
+  // Poses by the graph, and what the wheels count wrongly with them. The antenna stays where the
+  // filter found it.
   void solve() {
     build();
     graph::Optimizer optimizer(
@@ -47,7 +44,7 @@ class Problem {
       const std::vector<Pose2> before = graph_.poses;
       set_measurements();
       summary_ = optimizer.optimize(graph_);
-      learn_wheels();
+      wheels_.learn(graph_, graph::Marginals(graph_, summary_.edge_weight));
       double moved = 0;
       for (std::size_t i = 0; i < before.size(); ++i)
         moved = std::max(moved, (before[i].translation() - graph_.poses[i].translation()).norm());
@@ -97,7 +94,7 @@ class Problem {
                                 piece->second,
                                 {},
                                 of_place(slow * Eigen::Matrix2d::Identity(), kUpright),
-                                false});
+                                true});
       }
       const int antenna = place(f.z);
       graph_.edges.push_back({piece->second,
@@ -116,35 +113,12 @@ class Problem {
 
   // With the numbers as learnt so far.
   void set_measurements() {
-    for (std::size_t k = 1; k < scans(); ++k)
-      graph_.edges[k - 1].T_from_to = map_.steps[k].apply({{}, numbers_}).T_map_robot;
-    const Vec2 antenna = numbers_.segment<2>(kAntenna);
+    for (std::size_t k = 1; k < scans(); ++k) graph_.edges[k - 1].T_from_to = wheels_.step(k);
+    const Vec2 antenna = map_.numbers.segment<2>(kAntenna);
     for (std::size_t i = 0; i < antenna_edges_.size(); ++i) {
       const Vec2 a = map_.fixes[i].T_scan_robot * antenna;
       graph_.edges[antenna_edges_[i]].T_from_to = {a.x(), a.y(), 0};
     }
-  }
-
-  void learn_wheels() {
-    using Normal = Eigen::Matrix<double, MotionInput::kNumbers, MotionInput::kNumbers>;
-    using Numbers = Eigen::Matrix<double, MotionInput::kNumbers, 1>;
-    Numbers nominal = MotionInput::counted_right().at.head<MotionInput::kNumbers>(), sigma;
-    sigma << ekf_.scale_sigma, ekf_.turn_scale_sigma, ekf_.turn_offset_sigma,
-        ekf_.steering_curve_sigma, ekf_.steering_square_sigma, ekf_.crab_sigma, ekf_.lag_sigma;
-    Numbers precision = sigma.cwiseAbs2().cwiseInverse();
-    Normal normal = precision.asDiagonal();
-    Numbers right = precision.cwiseProduct(nominal - numbers_.head<MotionInput::kNumbers>());
-    for (std::size_t k = 1; k < scans(); ++k) {
-      const auto by = map_.steps[k].by_extra.leftCols<MotionInput::kNumbers>();
-      const Vec3 left =
-          graph::residual(graph_.poses[k - 1], graph_.poses[k], graph_.edges[k - 1].T_from_to);
-      const Mat3& information = graph_.edges[k - 1].information;
-      normal += by.transpose() * information * by;
-      right += by.transpose() * information * left;
-    }
-    const Eigen::LDLT<Normal> solver(normal);
-    numbers_.head<MotionInput::kNumbers>() += solver.solve(right);
-    learnt_variance_ = solver.solve(Normal::Identity()).diagonal();
   }
 
   void store() {
@@ -158,23 +132,15 @@ class Problem {
       map_.landmarks[i].p_map = graph_.poses[static_cast<std::size_t>(node)].translation();
       map_.landmarks[i].covariance = marginals.covariance(node).topLeftCorner<2, 2>();
     }
-    map_.numbers = numbers_;
-    // The filter tells of them in this order, the wheels' first.
-    auto& learnt = map_.localization.learnt;
-    for (std::size_t k = 0; k < learnt.size() && k < MotionInput::kNumbers; ++k) {
-      const auto i = static_cast<Eigen::Index>(k);
-      learnt[k].value = numbers_(i), learnt[k].sigma = std::sqrt(learnt_variance_(i));
-    }
   }
 
   LandmarkMap& map_;
+  WheelNumbers& wheels_;
   const EkfSlamOptions& ekf_;
   const LandmarkGraphOptions& options_;
   graph::PoseGraph graph_;
   graph::Summary summary_;
   std::vector<std::size_t> antenna_edges_;
-  filter::LandmarkFilter::Extra numbers_;
-  Eigen::Matrix<double, MotionInput::kNumbers, 1> learnt_variance_;  ///< given the poses
 };
 
 // Landmarks that stand in one place are one. True where any were found.
@@ -206,13 +172,34 @@ bool merge(LandmarkMap& map, const LandmarkGraphOptions& options) {
   return map.landmarks.size() < n;
 }
 
+WheelNumbers::Numbers sigmas(const EkfSlamOptions& ekf) {
+  WheelNumbers::Numbers sigma;
+  sigma << ekf.scale_sigma, ekf.turn_scale_sigma, ekf.turn_offset_sigma, ekf.steering_curve_sigma,
+      ekf.steering_square_sigma, ekf.crab_sigma, ekf.lag_sigma;
+  return sigma;
+}
+
+// The filter told the numbers in this order, before all others.
+void tell(const WheelNumbers& wheels, LandmarkMap& map) {
+  map.numbers.head<MotionInput::kNumbers>() = wheels.numbers();
+  auto& learnt = map.localization.learnt;
+  for (std::size_t i = 0; i < std::min<std::size_t>(learnt.size(), MotionInput::kNumbers); ++i) {
+    learnt[i].value = wheels.numbers()(static_cast<Eigen::Index>(i));
+    learnt[i].sigma = wheels.sigmas()(static_cast<Eigen::Index>(i));
+  }
+}
+
 }  // namespace
 
 LandmarkMap optimize_landmarks(LandmarkMap seen, const EkfSlamOptions& ekf,
                                const LandmarkGraphOptions& options) {
   if (seen.localization.estimates.empty()) return seen;
-  Problem(seen, ekf, options).solve();
-  while (merge(seen, options)) Problem(seen, ekf, options).solve();
+  WheelNumbers wheels(seen.steps, seen.numbers.head<MotionInput::kNumbers>(), sigmas(ekf),
+                      options.ground);
+  do {
+    Problem(seen, wheels, ekf, options).solve();
+  } while (merge(seen, options));
+  tell(wheels, seen);
   return seen;
 }
 
@@ -226,6 +213,12 @@ localize::Localizer landmark_graph(const EkfSlamOptions& ekf, const LandmarkGrap
 }
 
 void describe(OptionFields& f, LandmarkGraphOptions& o) {
+  f.add("landmark_graph.ground_crab", o.ground.crab,
+        {"rad", "by which the direction of driving comes and goes with the ground", 0, 1});
+  f.add("landmark_graph.ground_memory", o.ground.memory,
+        {"m", "driven, after which it has changed", 0.1, 1e6});
+  f.add("landmark_graph.ground_knots", o.ground.knot_way,
+        {"m", "driven between two values of it", 0.1, 1e6});
   f.add("landmark_graph.rounds", o.rounds,
         {"1", "of learning what the wheels count wrongly", 1, 1000});
   f.add("landmark_graph.merge_distance", o.merge_distance,

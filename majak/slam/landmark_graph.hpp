@@ -6,11 +6,13 @@
 
 #include "majak/core/options.hpp"
 #include "majak/slam/ekf_slam.hpp"
+#include "majak/slam/wheel_numbers.hpp"
 
 namespace majak::slam {
 
 struct LandmarkGraphOptions {
-  int rounds = 12;            ///< at most, of optimising and learning what the wheels count wrongly
+  int rounds = 12;  ///< at most, of optimising and learning what the wheels count wrongly
+  GroundOptions ground;
   double merge_distance = 1;  ///< m, between landmarks that may be one
 };
 

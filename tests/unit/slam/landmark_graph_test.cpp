@@ -136,6 +136,32 @@ TEST(LandmarkGraph, FixesGiveTheFrame) {
   EXPECT_LT(round.worst(map), 0.01);
 }
 
+// One piece of fixes is 6 m off: it is doubted, and pulls less than one that could be true.
+TEST(LandmarkGraph, APieceOfFixesFarOffIsDoubted) {
+  Round round;
+  round.seen.numbers.segment<2>(MotionInput::kNumbers).setZero();
+  for (std::size_t k = 0; k < round.truth.size(); k += 2)
+    round.seen.fixes.push_back({k, {}, round.truth[k].translation(), k / 20});
+  const auto pulled_by = [&](const Vec2& off) {
+    Round disturbed = round;
+    for (FixObservation& f : disturbed.seen.fixes)
+      if (f.piece == 3) f.z += off;
+    return disturbed.worst(optimize_landmarks(disturbed.seen));
+  };
+  EXPECT_LT(pulled_by({0, 0}), 1e-6);
+  const double little = pulled_by({1, 0}), much = pulled_by({6, 0});
+  EXPECT_GT(little, 0.05);
+  EXPECT_LT(much, 1.5 * little);
+}
+
+TEST(LandmarkGraph, TellsWhatItLearnt) {
+  Round round(1.03);
+  round.seen.localization.learnt = {{"scale of the way", "1", 1.0, 0.03}};
+  const LandmarkMap map = optimize_landmarks(round.seen);
+  EXPECT_EQ(map.localization.learnt[0].value, map.numbers(WheelStep::kScale));
+  EXPECT_LT(map.localization.learnt[0].sigma, 0.01);
+}
+
 TEST(LandmarkGraph, NothingGivesNothing) { EXPECT_TRUE(optimize_landmarks({}).landmarks.empty()); }
 
 }  // namespace
