@@ -339,8 +339,8 @@ void EkfSlam::initialise(const std::vector<Seen>& seen, const std::vector<int>& 
     if (!first && !confirmed(seen[s])) continue;
     const double diameter = seen[s].diameter, variance = seen[s].diameter_variance;
     const Centre at = centre(seen[s], diameter, variance);
-    const int id = filter_.add(at.q_robot, at.noise + std::pow(options_.alike_sigma, 2) *
-                                                          Eigen::Matrix2d::Identity());
+    const int id = filter_.add(
+        at.q_robot, at.noise + std::pow(options_.alike_sigma, 2) * Eigen::Matrix2d::Identity());
     known_.push_back({clock_, 0, 0, 1, 0, diameter, variance});
     sightings_.push_back({estimates_.size(), id, seen[s]});
   }
