@@ -17,7 +17,7 @@ namespace {
 constexpr int kAntenna = MotionInput::kNumbers;
 constexpr double kUpright = 1e6;   // information of a heading that is none
 constexpr double kAny = 1e-6;      // of one that does not matter
-constexpr double kSettled = 1e-3;  // m that the last round moved the farthest pose
+constexpr double kSettled = 5e-3;  // m that the last round moved the farthest pose
 
 Mat3 of_place(const Eigen::Matrix2d& information, double heading) {
   Mat3 m = Mat3::Zero();

@@ -18,7 +18,7 @@ namespace majak::slam {
 struct GroundOptions {
   double crab = 0.006;   ///< rad, one sigma, of the direction in which it drives; 0: stays
   double memory = 40;    ///< m driven, after which it has changed
-  double knot_way = 30;  ///< m driven between two values of it, of 200 at most; linear between
+  double knot_way = 40;  ///< m driven between two values of it, of 200 at most; linear between
 };
 
 class WheelNumbers {
