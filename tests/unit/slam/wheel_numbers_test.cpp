@@ -117,7 +117,7 @@ TEST(WheelNumbers, TheCostIsLeastThere) {
 
 TEST(WheelNumbers, ACrabThatComesAndGoesIsFollowed) {
   Drive with(1, 0.01, 10), without = with;
-  WheelNumbers wandering(with.steps, counted_right(), kSigma, {.crab = 0.01});
+  WheelNumbers wandering(with.steps, counted_right(), kSigma, {.crab = 0.01, .knot_way = 30});
   WheelNumbers steady(with.steps, counted_right(), kSigma, {.crab = 0});
   for (int round = 0; round < 4; ++round) with.follow(wandering), without.follow(steady);
   double off = 0;
