@@ -51,7 +51,7 @@ struct EkfSlamOptions {
   double guess_gate = 0.5;  ///< m, between these sightings
   int gone = 10;            ///< scans in a row that look through it, before it is given up
   double near = 75;         ///< m, what is kept up to date
-  double look_around = 15;  ///< m driven between two looks around
+  double look_around = 25;  ///< m driven between two looks around
 
   double crab_sigma = 0.02;   ///< rad, between the laser's and the axle's direction
   double crab_wander = 1e-3;  ///< rad per sqrt(m), how that changes with the ground
@@ -125,6 +125,11 @@ class EkfSlam {
   const filter::LandmarkFilter& filter() const { return filter_; }
 
  private:
+  // Among the extra numbers, after those of MotionInput: the antenna, and how the satellites err
+  // now.
+  static constexpr int kAntenna = MotionInput::kNumbers, kSlow = kAntenna + 2;
+  static constexpr int kNew = -1, kDoubted = -2;  ///< choices that are no pairing
+
   /// A sighting; `noise` is that of its bark.
   struct Seen {
     Vec2 q_robot;      ///< its centre, if its diameter is as it looks
@@ -178,35 +183,39 @@ class EkfSlam {
 
   void predict(Time time);
   Estimate see(const Scan& scan);
+  void correct(const std::vector<Seen>& seen, const Matching& matching);
+  double alike() const;
+  void initialise(const std::vector<Seen>& seen, const std::vector<int>& choice);
+  bool confirmed(const Seen& seen);
+  void drop_guesses();
+  void forget(const Scan& scan);
+  bool looked_through(const Scan& scan, int id) const;
+  Eigen::Matrix2d covariance_of(int id) const;
+  Estimate estimate(Time time);
+  Estimate as_known_now(Estimate e) const;
+  void doubt_if_vague(Estimate& e) const;
+
+  // ekf_slam_matching.cpp
   std::vector<Seen> look(const Scan& scan) const;
-  Matching match(const std::vector<Seen>& seen, const Eigen::MatrixXd& covariance) const;
+  static Centre centre(const Seen& seen, double diameter, double variance);
+  Centre centre(const Seen& seen, int id) const;
+  void remember(const Seen& seen, int id);
+  Pairing pair(const Seen& seen, int id, const Eigen::MatrixXd& covariance) const;
   std::vector<Pairing> candidates(const Seen& seen, const Eigen::MatrixXd& covariance) const;
+  Matching match(const std::vector<Seen>& seen, const Eigen::MatrixXd& covariance) const;
   bool followed(int id) const;
   bool mistrusted(Time time);
   Mat3 told_nothing(double seconds) const;
   void match_without_wheels(const std::vector<Seen>& seen, Matching& matching);
   void doubt(Time time, Matching& matching);
-  Pairing pair(const Seen& seen, int id, const Eigen::MatrixXd& covariance) const;
-  void correct(const std::vector<Seen>& seen, const Matching& matching);
-  static Centre centre(const Seen& seen, double diameter, double variance);
-  Centre centre(const Seen& seen, int id) const;
-  void remember(const Seen& seen, int id);
-  double alike() const;
-  void initialise(const std::vector<Seen>& seen, const std::vector<int>& choice);
-  void forget(const Scan& scan);
-  bool confirmed(const Seen& seen);
-  void drop_guesses();
-  Eigen::Matrix2d covariance_of(int id) const;
-  bool looked_through(const Scan& scan, int id) const;
+
+  // ekf_slam_satellites.cpp
   void see(const GpsFix& fix);
-  void keep(const GpsFix& fix, std::size_t piece);
   void err_anew(std::size_t piece);
   bool refused(double nis, Time time);
+  void keep(const GpsFix& fix, std::size_t piece);
   void find_heading(const GpsFix& fix, std::size_t piece);
   void drop_early_fixes();
-  Estimate estimate(Time time);
-  Estimate as_known_now(Estimate e) const;
-  void doubt_if_vague(Estimate& e) const;
 
   EkfSlamOptions options_;
   filter::LandmarkFilter filter_;
@@ -229,8 +238,8 @@ class EkfSlam {
   double held_at_ = 0;  ///< m, way at which landmarks held the pose last
   int misfits_ = 0;
   bool begun_ = false, oriented_ = false;
-  std::vector<EarlyFix> before_;  ///< until the heading is known
-  std::int64_t fixes_seen_ = 0;
+  std::vector<EarlyFix> before_;                 ///< until the heading is known
+  std::int64_t fixes_seen_ = 0, frameless_ = 0;  ///< fixes; scans before the heading was known
   std::optional<Time> contradicted_since_;
 };
 

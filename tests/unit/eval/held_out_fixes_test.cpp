@@ -47,15 +47,12 @@ TEST(ReferenceFixes, BurstsAreApartByMoreThanFiveSeconds) {
 }
 
 TEST(ReferenceFixes, TheLastOneBeforeAnOutageIsNoWitness) {
-  EXPECT_EQ(verdicts(reference_fixes(drive("ooooooo" + kGap + "oooooo"), 2.7)),
-            "ssssssussssss");
+  EXPECT_EQ(verdicts(reference_fixes(drive("ooooooo" + kGap + "oooooo"), 2.7)), "ssssssussssss");
 }
 
 TEST(ReferenceFixes, WhatStepsOtherwiseThanTheWheelsIsAPieceOfItsOwn) {
-  EXPECT_EQ(verdicts(reference_fixes(drive("oooooxoooooo"), 2.7)),
-            "sssssussssss");
-  EXPECT_EQ(verdicts(reference_fixes(drive("ooo" + kGap + "oooooo"), 2.7)),
-            "uuussssss");
+  EXPECT_EQ(verdicts(reference_fixes(drive("oooooxoooooo"), 2.7)), "sssssussssss");
+  EXPECT_EQ(verdicts(reference_fixes(drive("ooo" + kGap + "oooooo"), 2.7)), "uuussssss");
 }
 
 TEST(ReferenceFixes, OdometryIsAsGoodAsWheels) {
