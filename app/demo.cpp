@@ -20,6 +20,7 @@
 #include "majak/draw/demonstration_report.hpp"
 #include "majak/eval/demonstration.hpp"
 #include "majak/io/atomic_file.hpp"
+#include "majak/io/landmark_file.hpp"
 #include "majak/io/options_file.hpp"
 #include "majak/io/tum.hpp"
 #include "majak/sim/park.hpp"
@@ -43,12 +44,14 @@ constexpr const char* kHelp =
     "  majak demo thesis victoria_park    on real data: folder with LASER.txt, DRS.txt, GPS.txt\n"
     "  majak demo thesis my.mcap --antenna 0.5,0 --heading 90     on any log with scans, wheels, "
     "fixes\n"
+    "  majak demo thesis park.mcap --landmarks trunks.txt         as majak simulate park "
+    "--satellites --landmarks trunks.txt made it\n"
     "\n"
     "Writes report.html (errors over time and range, landmarks with ellipses, NEES and NIS, what\n"
     "happened), demonstration.png and .svg, trajectory.tum, landmarks.csv, options.toml.\n";
 
 struct DemoCommand {
-  std::string name, log, output, antenna, options_file;
+  std::string name, log, output, antenna, landmarks, options_file;
   double heading = 36, cut_off = 300;
   int seed = 1;
   std::vector<std::string> set;
@@ -156,6 +159,7 @@ void run_demo(DemoCommand& o) {
   Progress progress;
   std::vector<Vec2> trunks;
   const auto events = o.log.empty() ? simulated(o, trunks) : read_events(o, progress);
+  if (!o.landmarks.empty()) trunks = io::read_landmarks(o.landmarks);
   eval::DemonstrationInput input{events, o.ekf, o.graph};
   if (!o.antenna.empty()) input.antenna = antenna_of(o.antenna);
   input.heading = radians(o.heading);
@@ -183,6 +187,8 @@ void add_demo(CLI::App& app) {
       ->add_option("--heading", o->heading,
                    "degrees from east at the start, where satellites are not used")
       ->capture_default_str();
+  command->add_option("--landmarks", o->landmarks,
+                      "where the obstacles truly are: lines `x y radius`, m, in the truth's frame");
   command->add_option("--cut-off", o->cut_off, "s without satellites, in the middle of the log")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
