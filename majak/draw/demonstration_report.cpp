@@ -174,12 +174,12 @@ std::string map_section(const Demonstration& d) {
   const auto of_estimate = [](const Estimate& e) { return e.T_map_robot; };
   const auto of_stamped = [](const eval::StampedPose& p) { return p.pose; };
   const auto graph = way_through(run.graph.map.localization.estimates, of_estimate);
-  std::vector<Point> shown = graph;
-  for (const slam::MappedLandmark& l : run.graph.map.landmarks) shown.push_back(point(l.p_map));
+  std::vector<Point> inside = graph;
+  for (const slam::MappedLandmark& l : run.graph.map.landmarks) inside.push_back(point(l.p_map));
   const auto [left, right] =
-      std::minmax_element(shown.begin(), shown.end(), [](auto& a, auto& b) { return a.x < b.x; });
+      std::minmax_element(inside.begin(), inside.end(), [](auto& a, auto& b) { return a.x < b.x; });
   const auto [low, high] =
-      std::minmax_element(shown.begin(), shown.end(), [](auto& a, auto& b) { return a.y < b.y; });
+      std::minmax_element(inside.begin(), inside.end(), [](auto& a, auto& b) { return a.y < b.y; });
   const double unit = (right->x - left->x + 2 * kMargin) / kWidth;
   const double height = (high->y - low->y + 2 * kMargin) / unit;
   const View view(left->x - kMargin, low->y - kMargin, unit, height);

@@ -13,12 +13,12 @@ namespace {
 
 constexpr double kTogether = 60;  // s of truth whose errors go together
 
-Reference reference_of(const Demonstration& d, const DemonstrationInput& input) {
+Reference reference_of(const Demonstration& d, const DemonstrationOptions& options) {
   Reference r;
   if (d.truth.empty()) {
-    r.point = input.antenna;
-    r.variance = std::pow(input.ekf.gps_sigma, 2) + std::pow(input.ekf.gps_fast_sigma, 2);
-    r.heading = input.heading;
+    r.point = options.antenna;
+    r.variance = std::pow(options.ekf.gps_sigma, 2) + std::pow(options.ekf.gps_fast_sigma, 2);
+    r.heading = options.heading;
     for (const ReferenceFix& f : d.fixes.fixes)
       r.witnesses.push_back({f.time, f.p, static_cast<int>(f.burst), f.sound, {}});
   } else {
@@ -35,38 +35,40 @@ Reference reference_of(const Demonstration& d, const DemonstrationInput& input) 
 
 class Runner {
  public:
-  explicit Runner(const DemonstrationInput& input) : input_(input) {}
+  Runner(const std::vector<Event>& events, const DemonstrationOptions& options)
+      : events_(events), options_(options) {}
 
   DemonstrationRun run(Feed feed, std::vector<bool> withheld) const {
     DemonstrationRun run{feed, std::move(withheld), {}, {}, {}};
-    slam::EkfSlam slam(input_.ekf, start());
+    slam::EkfSlam slam(options_.ekf, start());
     const double begin = now();
     std::size_t fix = 0;
     std::int64_t scans = 0;
-    for (const Event& event : input_.events) {
+    for (const Event& event : events_) {
       if (std::holds_alternative<GpsFix>(event) && run.withheld[fix++]) continue;
       const double before = now();
       if (!slam.add(event)) continue;
       run.steps.push_back({slam.filter().size(), now() - before});
-      if (input_.progress) input_.progress(name_of(feed), ++scans);
+      if (options_.progress) options_.progress(name_of(feed), ++scans);
     }
     run.ekf.map = slam.finish();
     run.ekf.cpu = now() - begin;
-    run.graph.map = slam::optimize_landmarks(run.ekf.map, input_.ekf, input_.graph);
+    run.graph.map = slam::optimize_landmarks(run.ekf.map, options_.ekf, options_.graph);
     run.graph.cpu = now() - begin - run.ekf.cpu;
     return run;
   }
 
  private:
-  double now() const { return input_.clock ? input_.clock() : 0; }
+  double now() const { return options_.clock ? options_.clock() : 0; }
   // Where truth is known, so is the start.
   Pose2 start() const {
-    for (const Event& event : input_.events)
+    for (const Event& event : events_)
       if (const auto* t = std::get_if<Truth>(&event)) return t->T_world_robot;
     return {};
   }
 
-  const DemonstrationInput& input_;
+  const std::vector<Event>& events_;
+  const DemonstrationOptions& options_;
 };
 
 void tell(DemonstrationRun& run, const Reference& reference, const std::vector<bool>& chosen,
@@ -75,20 +77,21 @@ void tell(DemonstrationRun& run, const Reference& reference, const std::vector<b
     a->scores.push_back(score(a->map.localization.estimates, reference, chosen, against));
 }
 
-Trajectory wheels_alone(const DemonstrationInput& input, const Pose2& start) {
+Trajectory wheels_alone(const std::vector<Event>& events, double wheelbase, const Pose2& start) {
   localize::DeadReckoningOptions options;
-  options.wheelbase = input.ekf.wheelbase;
+  options.wheelbase = wheelbase;
   const auto method = localize::dead_reckoning(options, start);
-  for (const Event& event : input.events) method.add(event);
+  for (const Event& event : events) method.add(event);
   Trajectory path;
   for (const Estimate& e : method.finish().estimates) path.push_back({e.time, e.T_map_robot});
   return path;
 }
 
-void look_into(const DemonstrationInput& input, Demonstration& d) {
+void look_into(const std::vector<Event>& events, const DemonstrationOptions& options,
+               Demonstration& d) {
   std::vector<Truth> truth;
   bool scans = false;
-  for (const Event& event : input.events) {
+  for (const Event& event : events) {
     if (const auto* scan = std::get_if<Scan>(&event); scan && !scans) {
       d.T_robot_laser = scan->T_robot_laser;
       scans = true;
@@ -96,8 +99,8 @@ void look_into(const DemonstrationInput& input, Demonstration& d) {
     if (const auto* t = std::get_if<Truth>(&event)) truth.push_back(*t);
   }
   d.truth = truth_of(truth);
-  d.trunks = input.trunks;
-  d.fixes = reference_fixes(input.events, input.ekf.wheelbase);
+  d.trunks = options.trunks;
+  d.fixes = reference_fixes(events, options.ekf.wheelbase);
   if (!scans) throw Error("the demonstration needs scans; majak info tells what is in the log");
   if (d.truth.empty() && d.fixes.fixes.empty())
     throw Error("the demonstration needs satellite fixes, or truth, to be measured against");
@@ -111,11 +114,11 @@ const char* name_of(Feed feed) {
   return kNames[static_cast<std::size_t>(feed)];
 }
 
-Demonstration demonstrate(const DemonstrationInput& input) {
+Demonstration demonstrate(const std::vector<Event>& events, const DemonstrationOptions& options) {
   Demonstration d;
-  look_into(input, d);
-  const Reference reference = reference_of(d, input);
-  const Runner runner(input);
+  look_into(events, options, d);
+  const Reference reference = reference_of(d, options);
+  const Runner runner(events, options);
   const std::size_t n = d.fixes.fixes.size();
   const bool known = !d.truth.empty();
 
@@ -131,7 +134,7 @@ Demonstration demonstrate(const DemonstrationInput& input) {
       }
     const Time begin = d.fixes.fixes.front().time, end = d.fixes.fixes.back().time;
     const Time middle = begin + (end - begin) / 2;
-    const Duration half = from_seconds(0.5 * input.cut_off);
+    const Duration half = from_seconds(0.5 * options.cut_off);
     const auto cut = hold_out_between(d.fixes, middle - half, middle + half);
     d.runs.push_back(runner.run(Feed::cut_off, cut));
     tell(d.runs.back(), reference, known ? std::vector<bool>{} : cut, Against::held_out);
@@ -142,8 +145,9 @@ Demonstration demonstrate(const DemonstrationInput& input) {
     for (DemonstrationAnswer* a : {&run.ekf, &run.graph})
       a->obstacles = obstacle_errors(a->map, d.truth, d.trunks, d.T_robot_laser);
   for (DemonstrationRun& run : d.runs)
-    run.graph.obstacles.maps = split_maps(run.graph.map, input.ekf, input.graph);
-  d.wheels = wheels_alone(input, d.with_all().graph.map.localization.estimates.front().T_map_robot);
+    run.graph.obstacles.maps = split_maps(run.graph.map, options.ekf, options.graph);
+  d.wheels = wheels_alone(events, options.ekf.wheelbase,
+                          d.with_all().graph.map.localization.estimates.front().T_map_robot);
   return d;
 }
 

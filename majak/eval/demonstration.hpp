@@ -20,8 +20,7 @@
 
 namespace majak::eval {
 
-struct DemonstrationInput {
-  const std::vector<Event>& events;
+struct DemonstrationOptions {
   slam::EkfSlamOptions ekf;
   slam::LandmarkGraphOptions graph;
   Vec2 antenna = Vec2(3.6, 0.6);  ///< m, on the robot; of Victoria Park
@@ -68,7 +67,8 @@ struct Demonstration {
 };
 
 /// Throws Error where the log has no scans, or neither fixes nor truth.
-Demonstration demonstrate(const DemonstrationInput& input);
+Demonstration demonstrate(const std::vector<Event>& events,
+                          const DemonstrationOptions& options = {});
 
 /// The errors of all scores of that kind, over all runs of that kind.
 std::vector<PlaceError> pooled(const Demonstration& demonstration, Feed feed, Against against,

@@ -30,7 +30,7 @@ void mirror(MatrixXd& m) {
 
 LandmarkFilter::LandmarkFilter(const Pose2& T_map_robot, const Extra& extra, const Body& covariance)
     : T_map_robot_(T_map_robot), extra_(extra), near_covariance_(covariance) {
-  look_around({}, 0);
+  look_around(Vec2::Zero(), 0);
 }
 
 // x' = x * T(extra), extra' = keep .* extra.

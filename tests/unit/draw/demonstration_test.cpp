@@ -19,11 +19,11 @@ using testing::Not;
 const eval::Demonstration& with_truth() {
   static const eval::Demonstration d = [] {
     const std::vector<Event> events = test::park_drive();
-    eval::DemonstrationInput input{.events = events};
+    eval::DemonstrationOptions input;
     input.ekf.wheelbase = test::kParkWheelbase;
     input.cut_off = 15;
     input.trunks = test::park_trunks();
-    return eval::demonstrate(input);
+    return eval::demonstrate(events, input);
   }();
   return d;
 }
@@ -32,10 +32,10 @@ const eval::Demonstration& on_fixes() {
   static const eval::Demonstration d = [] {
     std::vector<Event> events = test::park_drive();
     std::erase_if(events, [](const Event& e) { return std::holds_alternative<Truth>(e); });
-    eval::DemonstrationInput input{.events = events};
+    eval::DemonstrationOptions input;
     input.ekf.wheelbase = test::kParkWheelbase;
     input.cut_off = 15;
-    return eval::demonstrate(input);
+    return eval::demonstrate(events, input);
   }();
   return d;
 }

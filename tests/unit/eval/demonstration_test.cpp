@@ -23,22 +23,22 @@ std::vector<Event> without_truth(std::vector<Event> events) {
   return events;
 }
 
-DemonstrationInput input_of(const std::vector<Event>& events) {
-  DemonstrationInput input{.events = events};
-  input.ekf.wheelbase = test::kParkWheelbase;
-  input.cut_off = 15;
-  return input;
+DemonstrationOptions options() {
+  DemonstrationOptions options;
+  options.ekf.wheelbase = test::kParkWheelbase;
+  options.cut_off = 15;
+  return options;
 }
 
 Demonstration with_truth() {
-  DemonstrationInput input = input_of(drive());
+  DemonstrationOptions input = options();
   input.trunks = test::park_trunks();
-  return demonstrate(input);
+  return demonstrate(drive(), input);
 }
 
 Demonstration on_fixes() {
   const std::vector<Event> blind = without_truth(drive());
-  return demonstrate(input_of(blind));
+  return demonstrate(blind, options());
 }
 
 std::vector<Feed> feeds(const Demonstration& d) {
@@ -96,11 +96,11 @@ TEST(Demonstration, OnFixesScoresWhatWasWithheldAndNothingElse) {
 
 TEST(Demonstration, WhatIsWithheldDoesNotMoveThePath) {
   std::vector<Event> events = without_truth(drive());
-  const Demonstration before = demonstrate(input_of(events));
+  const Demonstration before = demonstrate(events, options());
   std::size_t fix = 0;
   for (Event& event : events)
     if (auto* f = std::get_if<GpsFix>(&event); f && before.runs[1].withheld[fix++]) f->east += 100;
-  const Demonstration after = demonstrate(input_of(events));
+  const Demonstration after = demonstrate(events, options());
   const auto end = [](const Demonstration& d) {
     return d.runs[1].graph.map.localization.estimates.back().T_map_robot;
   };
@@ -124,16 +124,16 @@ TEST(Demonstration, ObstaclesAgainstTheTrueOnesAndAgainstThemselves) {
 TEST(Demonstration, WithoutSatellitesThereIsOneRun) {
   std::vector<Event> events = drive();
   std::erase_if(events, [](const Event& e) { return std::holds_alternative<GpsFix>(e); });
-  const Demonstration d = demonstrate(input_of(events));
+  const Demonstration d = demonstrate(events, options());
   EXPECT_EQ(feeds(d), std::vector<Feed>{Feed::none});
   EXPECT_EQ(&d.alone(), &d.with_all());
 }
 
 TEST(Demonstration, TimesOfEachScanWhereThereIsAClock) {
   double seconds = 0;
-  DemonstrationInput input = input_of(drive());
+  DemonstrationOptions input = options();
   input.clock = [&seconds] { return seconds += 0.5; };
-  const Demonstration d = demonstrate(input);
+  const Demonstration d = demonstrate(drive(), input);
   const auto& steps = d.alone().steps;
   ASSERT_EQ(steps.size(), d.alone().ekf.map.localization.estimates.size());
   for (const StepTime& s : steps) EXPECT_EQ(s.seconds, 0.5);
@@ -143,10 +143,10 @@ TEST(Demonstration, TimesOfEachScanWhereThereIsAClock) {
 
 TEST(Demonstration, RefusesWhatCannotBeMeasured) {
   const std::vector<Event> nothing;
-  EXPECT_THROW(demonstrate(input_of(nothing)), Error);
+  EXPECT_THROW(demonstrate(nothing, options()), Error);
   std::vector<Event> events = without_truth(drive());
   std::erase_if(events, [](const Event& e) { return std::holds_alternative<GpsFix>(e); });
-  EXPECT_THROW(demonstrate(input_of(events)), Error);
+  EXPECT_THROW(demonstrate(events, options()), Error);
 }
 
 TEST(Headline, SaysMeanScatterAndNis) {
