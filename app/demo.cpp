@@ -190,7 +190,9 @@ void add_demo(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--landmarks", o->landmarks,
                       "where the obstacles truly are: lines `x y radius`, m, in the truth's frame");
-  command->add_option("--cut-off", o->cut_off, "s without satellites, in the middle of the log")
+  command
+      ->add_option("--cut-off", o->cut_off,
+                   "s without satellites, in the middle of the log; at most a third of it")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->add_option("--seed", o->seed, "of the simulated park")->capture_default_str();

@@ -134,7 +134,7 @@ Demonstration demonstrate(const std::vector<Event>& events, const DemonstrationO
       }
     const Time begin = d.fixes.fixes.front().time, end = d.fixes.fixes.back().time;
     const Time middle = begin + (end - begin) / 2;
-    const Duration half = from_seconds(0.5 * options.cut_off);
+    const Duration half = std::min(from_seconds(0.5 * options.cut_off), (end - begin) / 6);
     const auto cut = hold_out_between(d.fixes, middle - half, middle + half);
     d.runs.push_back(runner.run(Feed::cut_off, cut));
     tell(d.runs.back(), reference, known ? std::vector<bool>{} : cut, Against::held_out);

@@ -25,9 +25,9 @@ struct DemonstrationOptions {
   slam::LandmarkGraphOptions graph;
   Vec2 antenna = Vec2(3.6, 0.6);  ///< m, on the robot; of Victoria Park
   double heading = radians(36);   ///< the first, from east counter-clockwise; of Victoria Park
-  double cut_off = 300;           ///< s in the middle of the log without satellites
-  std::vector<Vec2> trunks;       ///< where they truly are, in the truth's frame; if known
-  std::function<double()> clock;  ///< s of CPU; none: no times
+  double cut_off = 300;      ///< s in the middle of the log without satellites; at most a third
+  std::vector<Vec2> trunks;  ///< where they truly are, in the truth's frame; if known
+  std::function<double()> clock;                            ///< s of CPU; none: no times
   std::function<void(const char*, std::int64_t)> progress;  ///< run, scans so far; or none
 };
 
