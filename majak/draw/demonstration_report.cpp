@@ -324,7 +324,10 @@ std::string consistency_section(const Demonstration& d) {
   return section(
       "Are the covariances honest?",
       figure_in_page(consistency_over_time(d), "consistency over time") +
-          soft("1 is honest, above it the filter is surer than it may be, below less sure."));
+          soft("1 is honest, above it the filter is surer than it may be, below less sure. The "
+               "landmarks' own is low on purpose: what sightings from one side have in "
+               "common counts once a metre, so each correction is weighed as if it erred "
+               "more than it does."));
 }
 
 std::string learnt_section(const Demonstration& d) {
