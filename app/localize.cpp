@@ -144,7 +144,7 @@ std::string effective_options(LocalizeCommand& o) {
 void say_live(const Estimate& e, const Pose2& T_world_map) {
   const Pose2 at = T_world_map * e.T_map_robot;
   fmt::print("{:.3f} {:.3f} {:.3f} {:.4f} {:.3f} {}\n", to_seconds(e.time), at.x, at.y, at.theta,
-             io::position_sigma(e.covariance), name_of(e.health));
+             least_known(e.covariance).sigma, name_of(e.health));
   std::fflush(stdout);
 }
 
@@ -189,7 +189,7 @@ Findings findings_of(const Run& run) {
         (estimates[i].T_map_robot.translation() - estimates[i - 1].T_map_robot.translation())
             .norm();
   f.end = estimates.back();
-  f.end_sigma_m = io::position_sigma(f.end.covariance);
+  f.end_sigma_m = least_known(f.end.covariance).sigma;
   f.end_heading_sigma_rad = std::sqrt(std::max(0.0, f.end.covariance(2, 2)));
   for (const Estimate& e : estimates) {
     ++f.health[static_cast<int>(e.health)];

@@ -2,6 +2,7 @@
 // Estimate: where the robot is, how sure that is, and whether it should be believed.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "majak/core/pose2.hpp"
@@ -26,5 +27,24 @@ struct Estimate {
   Health health = Health::ok;
   Vec2 weak_direction = Vec2::Zero();  ///< unit vector in the map where degraded, else zero
 };
+
+/// The direction in which a position is known least: the larger axis of its ellipse.
+struct LeastKnown {
+  double sigma = 0;                ///< m
+  Vec2 direction = Vec2::UnitX();  ///< unit
+};
+inline LeastKnown least_known(const Mat3& covariance) {
+  const double a = covariance(0, 0), b = covariance(0, 1), d = covariance(1, 1);
+  const double variance = 0.5 * (a + d) + std::hypot(0.5 * (a - d), b);
+  const double angle = 0.5 * std::atan2(2 * b, a - d);
+  return {variance > 0 && std::isfinite(variance) ? std::sqrt(variance) : 0.0,
+          {std::cos(angle), std::sin(angle)}};
+}
+
+/// Not known in its weak direction.
+inline void degrade(Estimate& estimate) {
+  estimate.health = Health::degraded;
+  estimate.weak_direction = least_known(estimate.covariance).direction;
+}
 
 }  // namespace majak

@@ -105,7 +105,7 @@ std::string chart_section(const Site& site, const io::Figures& f) {
   const std::vector<Band> bands = joined(health_bands(site, start), f.duration_s / 60 / 400);
   std::string out =
       chart_of(site, start, {"Position, one sigma (larger axis)", "cm", {}, bands, 0},
-               [](const PosedScan& p) { return 100 * io::position_sigma(p.estimate.covariance); });
+               [](const PosedScan& p) { return 100 * least_known(p.estimate.covariance).sigma; });
   out += chart_of(site, start, {"Heading, one sigma", "degrees", {}, bands, 0},
                   [](const PosedScan& p) {
                     return degrees(std::sqrt(std::max(0.0, p.estimate.covariance(2, 2))));

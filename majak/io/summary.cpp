@@ -60,7 +60,7 @@ void add_sigmas(const Site& site, Figures& f) {
   std::vector<double> position, heading;
   for (const PosedScan& posed : site.scans) {
     const double variance = posed.estimate.covariance(2, 2);
-    position.push_back(position_sigma(posed.estimate.covariance));
+    position.push_back(least_known(posed.estimate.covariance).sigma);
     heading.push_back(variance > 0 && std::isfinite(variance) ? std::sqrt(variance) : 0.0);
   }
   if (position.empty()) return;
@@ -143,12 +143,6 @@ Json figures_json(const Figures& f) {
 }
 
 }  // namespace
-
-double position_sigma(const Mat3& covariance) {
-  const double a = covariance(0, 0), b = covariance(0, 1), d = covariance(1, 1);
-  const double larger = 0.5 * (a + d) + std::hypot(0.5 * (a - d), b);
-  return larger > 0 && std::isfinite(larger) ? std::sqrt(larger) : 0.0;
-}
 
 Figures figures_of(const Site& site, const map::OccupancyGrid& grid) {
   Figures f;

@@ -36,9 +36,6 @@ struct Figures {
 
 Figures figures_of(const Site& site, const map::OccupancyGrid& grid);
 
-/// Square root of the larger eigenvalue of the position's covariance, m; 0 where not finite.
-double position_sigma(const Mat3& covariance);
-
 /// summary.json: the figures, what was learnt of the odometry, what was skipped; keys carry units.
 /// `extras` come as they are under their own key (evaluations, say); `timing` is left out when
 /// empty, so that two equal runs give equal bytes. Of `slips`, biggest first, it holds the count

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/localize/markov.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -215,12 +214,7 @@ Estimate Markov::about_the_mode() const {
   e.health = mass < 0.5                      ? Health::lost
              : mass < options_.sure || !fits ? Health::degraded
                                              : Health::ok;
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
-  axes.computeDirect(e.covariance.topLeftCorner<2, 2>());
-  if (axes.eigenvalues()(1) > kWeak * kWeak && e.health != Health::lost) {
-    e.health = Health::degraded;
-    e.weak_direction = axes.eigenvectors().col(1);
-  }
+  if (least_known(e.covariance).sigma > kWeak && e.health != Health::lost) degrade(e);
   return e;
 }
 

@@ -2,7 +2,7 @@
 #include "majak/localize/monte_carlo.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -306,12 +306,7 @@ Estimate MonteCarlo::estimate() const {
   turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(estimate.T_map_robot.theta).toRotationMatrix();
   estimate.covariance =
       swing * best.covariance * swing.transpose() + turn * moved_covariance_ * turn.transpose();
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
-  axes.computeDirect(estimate.covariance.topLeftCorner<2, 2>());
-  if (axes.eigenvalues()(1) > kWeak * kWeak) {
-    estimate.health = Health::degraded;
-    estimate.weak_direction = axes.eigenvectors().col(1);
-  }
+  if (least_known(estimate.covariance).sigma > kWeak) degrade(estimate);
   if (!found() || !fits(options_.doubt)) estimate.health = Health::degraded;
   if (best.probability < kFound || leapt_ || !fits(options_.lost)) estimate.health = Health::lost;
   return estimate;
@@ -331,9 +326,7 @@ Estimate MonteCarlo::refined(const FedScan& scan, Estimate cloud) {
 
 // From the mean; where there is no tracker yet, also from either side of it, the farther way.
 void MonteCarlo::track_from(const FedScan& scan, const Estimate& cloud) {
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
-  axes.computeDirect(cloud.covariance.topLeftCorner<2, 2>());
-  const double longest = std::sqrt(axes.eigenvalues()(1));
+  const auto [longest, direction] = least_known(cloud.covariance);
   TrackingOptions within;
   within.start_sigma = longest;
   within.start_turn = std::sqrt(cloud.covariance(2, 2));
@@ -342,7 +335,7 @@ void MonteCarlo::track_from(const FedScan& scan, const Estimate& cloud) {
   const bool alone = !tracker_;
   for (const double side : {0.0, kAside, -kAside}) {
     if (side != 0 && !alone) break;
-    const Vec2 at = cloud.T_map_robot.translation() + side * longest * axes.eigenvectors().col(1);
+    const Vec2 at = cloud.T_map_robot.translation() + side * longest * direction;
     Tracker other(place_, within, {at.x(), at.y(), cloud.T_map_robot.theta});
     const Estimate found = other.add(here);
     const double least = tracker_ ? tracker_->match().score + (alone ? 0 : kBetter) : 0;

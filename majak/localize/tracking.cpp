@@ -2,7 +2,6 @@
 #include "majak/localize/tracking.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -164,12 +163,7 @@ void Tracker::tell(Estimate& estimate) const {
   estimate.weak_direction = Vec2::Zero();
   estimate.covariance = covariance_ + errors_.of_ranges();
   estimate.covariance.diagonal().head<2>().array() += place_->surface_sigma * place_->surface_sigma;
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
-  axes.computeDirect(estimate.covariance.topLeftCorner<2, 2>());
-  if (axes.eigenvalues()(1) > kWeak * kWeak) {
-    estimate.health = Health::degraded;
-    estimate.weak_direction = axes.eigenvectors().col(1);
-  }
+  if (least_known(estimate.covariance).sigma > kWeak) degrade(estimate);
   if (poor_ > 0) estimate.health = poor_ < options_.patience ? Health::degraded : Health::lost;
 }
 

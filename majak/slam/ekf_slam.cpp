@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/slam/ekf_slam.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -32,18 +31,6 @@ LandmarkFilter beginning(const EkfSlamOptions& o, const Pose2& start) {
       o.gps_sigma, o.gps_sigma;
   covariance.diagonal().tail<LandmarkFilter::kExtra>() = sigma.cwiseAbs2();
   return {start, MotionInput::counted_right().at, covariance};
-}
-
-// Of a position: the variance in the direction in which it is known least, and that.
-std::pair<double, Vec2> longest(const Mat3& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(
-      covariance.topLeftCorner<2, 2>().eval());
-  return {std::max(0.0, axes.eigenvalues()(1)), axes.eigenvectors().col(1)};
-}
-
-void degrade(Estimate& e) {
-  e.health = Health::degraded;
-  e.weak_direction = longest(e.covariance).second;
 }
 
 }  // namespace
@@ -248,8 +235,7 @@ Estimate EkfSlam::as_known_now(Estimate e) const {
 }
 
 void EkfSlam::doubt_if_vague(Estimate& e) const {
-  const double sigma = std::sqrt(longest(e.covariance).first);
-  if (e.health == Health::ok && sigma > options_.sure) degrade(e);
+  if (e.health == Health::ok && least_known(e.covariance).sigma > options_.sure) degrade(e);
 }
 
 LandmarkMap EkfSlam::finish() {

@@ -124,14 +124,25 @@ class Problem {
   void store() {
     const graph::Marginals marginals(graph_, summary_.edge_weight);
     for (std::size_t k = 0; k < scans(); ++k) {
-      map_.localization.estimates[k].T_map_robot = graph_.poses[k];
-      map_.localization.estimates[k].covariance = marginals.covariance(static_cast<int>(k));
+      Estimate& e = map_.localization.estimates[k];
+      e.T_map_robot = graph_.poses[k];
+      e.covariance = marginals.covariance(static_cast<int>(k));
+      tell_health(e);
     }
     for (std::size_t i = 0; i < map_.landmarks.size(); ++i) {
       const int node = landmark_node(static_cast<int>(i));
       map_.landmarks[i].p_map = graph_.poses[static_cast<std::size_t>(node)].translation();
       map_.landmarks[i].covariance = marginals.covariance(node).topLeftCorner<2, 2>();
     }
+  }
+
+  // What the filter doubted for the moment, what came later may have settled. Where it was lost,
+  // what it took for landmarks is not to be trusted.
+  void tell_health(Estimate& e) const {
+    if (e.health == Health::lost) return;
+    e.health = Health::ok;
+    e.weak_direction = Vec2::Zero();
+    if (least_known(e.covariance).sigma > ekf_.sure) degrade(e);
   }
 
   LandmarkMap& map_;

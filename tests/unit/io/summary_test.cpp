@@ -51,19 +51,6 @@ map::OccupancyGrid two_cells() {
   return grid;
 }
 
-TEST(PositionSigma, IsTheLargerAxis) {
-  Mat3 covariance = Mat3::Zero();
-  EXPECT_EQ(position_sigma(covariance), 0);
-  covariance.diagonal() << 4, 9, 100;
-  EXPECT_DOUBLE_EQ(position_sigma(covariance), 3);
-  const double c = std::cos(0.7), s = std::sin(0.7);  // turning the axes changes nothing
-  Mat3 turn = Mat3::Identity();
-  turn.topLeftCorner<2, 2>() << c, -s, s, c;
-  EXPECT_NEAR(position_sigma(turn * covariance * turn.transpose()), 3, 1e-12);
-  covariance(0, 0) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(position_sigma(covariance), 0);
-}
-
 TEST(Figures, CountAndMeasure) {
   const Figures f = figures_of(square(), two_cells());
   EXPECT_EQ(f.scans, 41U);
