@@ -29,7 +29,7 @@ struct SegmentMapOptions {
   SegmentOptions scan;
   Correspondence correspondence = Correspondence::thresholds;
   double max_angle = 0.15;       ///< rad, between segments of one wall
-  double max_distance = 0.08;    ///< m, between their lines where both were seen
+  double max_distance = 0.05;    ///< m, between their lines where both were seen
   double max_gap = 0.3;          ///< m, along the line between them
   double pose_sigma = 0.01;      ///< m, for Mahalanobis: error of a pose across a wall ...
   double heading_sigma = 0.01;   ///< rad, ... and of its heading

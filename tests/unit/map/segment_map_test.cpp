@@ -148,8 +148,8 @@ TEST(FusedSegments, DoNotHangOnTheirOrderOrTheFrame) {
 TEST(SameWall, ByThresholds) {
   const SegmentMapOptions o;
   const Segment wall = piece({0, 0}, {4, 0});
-  EXPECT_TRUE(same_wall(wall, piece({1, 0.05}, {2, 0.05}), o));
-  EXPECT_FALSE(same_wall(wall, piece({1, 0.1}, {2, 0.1}), o)) << "beside it";
+  EXPECT_TRUE(same_wall(wall, piece({1, 0.04}, {2, 0.04}), o));
+  EXPECT_FALSE(same_wall(wall, piece({1, 0.06}, {2, 0.06}), o)) << "beside it";
   EXPECT_FALSE(same_wall(wall, piece({1, -0.1}, {2, 0.1}), o)) << "turned";
   EXPECT_TRUE(same_wall(wall, piece({4.2, 0}, {5, 0}), o));
   EXPECT_FALSE(same_wall(wall, piece({4.4, 0}, {5, 0}), o)) << "behind a gap";
