@@ -134,10 +134,13 @@ Segment fused(const Segment& a, const Segment& b) {
   const double s = t.dot(b.middle() - origin);
   const Vec2 measured(n.dot(b.middle() - origin), turn_between(a, b));
   const Eigen::Matrix2d lever = (Eigen::Matrix2d() << 1, s, 0, 1).finished();
-  const Eigen::Matrix2d weight = b.covariance.inverse();
-  const Eigen::Matrix2d information = a.covariance.inverse() + lever.transpose() * weight * lever;
-  const Eigen::Matrix2d covariance = information.inverse();
-  const Vec2 change = covariance * (lever.transpose() * weight * measured);
+  // As a gain, so that either may be exact; and both, by a micrometre.
+  const Eigen::Matrix2d sum_of_both =
+      lever * a.covariance * lever.transpose() + b.covariance + 1e-12 * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d gain = a.covariance * lever.transpose() * sum_of_both.inverse();
+  const Eigen::Matrix2d left = a.covariance - gain * lever * a.covariance;
+  const Eigen::Matrix2d covariance = (left + left.transpose()) / 2;
+  const Vec2 change = gain * measured;
 
   const Vec2 foot = origin + change.x() * n;
   const Vec2 along = (t + std::tan(change.y()) * n).normalized();

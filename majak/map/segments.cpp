@@ -165,7 +165,7 @@ class Extraction {
     for (const Run& run : runs) {
       if (run.size() < static_cast<std::size_t>(o_.min_points)) continue;
       const Segment segment = segment_of(run);
-      if (segment.length() < o_.min_length) continue;
+      if ((points_[run.last].p - points_[run.first].p).norm() < o_.min_length) continue;
       found.push_back(segment);
       const std::size_t n = found.size();
       if (last && run.joined && last->last + 1 == run.first) join(found[n - 2], found[n - 1]);
@@ -178,8 +178,11 @@ class Extraction {
     const Fit line = fit(run.first, run.last);
     const Point &first = points_[run.first], &last = points_[run.last];
     Segment s;
-    s.a = line.mean + line.along(first.p) * line.direction;
-    s.b = line.mean + line.along(last.p) * line.direction;
+    // Less a standard deviation: of many sights of one end the farthest will be taken.
+    const double from = line.along(first.p) + along_sigma(first, line);
+    const double to = line.along(last.p) - along_sigma(last, line);
+    s.a = line.mean + from * line.direction;
+    s.b = line.mean + to * line.direction;
     s.covariance = covariance_at(line, line.along(s.middle()));
     s.sigma_a = end_sigma(first, line);
     s.sigma_b = end_sigma(last, line);
@@ -195,11 +198,15 @@ class Extraction {
     return m;
   }
 
+  double along_sigma(const Point& point, const Fit& line) const {
+    return std::sqrt(variance_across(point, line.direction, o_));
+  }
+
   /// The surface ends somewhere between this beam and the next (MATH 15.2).
   double end_sigma(const Point& end, const Fit& line) const {
     const double cosine = std::abs(end.p.dot(Segment::left_of(line.direction))) / end.range;
     const double spacing = std::min(o_.max_gap, end.range * step_ / std::max(cosine, 1e-3));
-    return std::sqrt(spacing * spacing / 3 + variance_across(end, line.direction, o_));
+    return std::hypot(spacing / std::sqrt(3.0), along_sigma(end, line));
   }
 
   /// Neighbours that meet in a corner end in it, when it lies between their last beams.

@@ -145,6 +145,17 @@ TEST(FusedSegments, DoNotHangOnTheirOrderOrTheFrame) {
   EXPECT_LT((there.covariance - ab.covariance).norm(), 1e-12);
 }
 
+TEST(FusedSegments, AnExactOneStaysWhereItIs) {
+  Segment exact = piece({0, 0}, {2, 0});
+  exact.covariance.setZero();
+  const Segment seen = piece({1, 0.03}, {3, 0.05});
+  const Segment both = fused(exact, seen);
+  EXPECT_NEAR(both.b.y(), 0, 1e-12);
+  EXPECT_NEAR(both.b.x(), 3, 1e-12);
+  EXPECT_NEAR(fused(seen, exact).b.y(), 0, 2e-4);
+  EXPECT_NEAR(fused(exact, exact).b.y(), 0, 1e-12);
+}
+
 TEST(SameWall, ByThresholds) {
   const SegmentMapOptions o;
   const Segment wall = piece({0, 0}, {4, 0});
@@ -335,6 +346,8 @@ TEST(SegmentMap, OfABuilding) {
     once += found.size() == 1;
     if (found.size() != 1) continue;
     exact += end_error(found[0], scene[k]) < 0.02;
+    const double sigma = std::max(found[0].sigma_a, found[0].sigma_b);
+    EXPECT_LT(end_error(found[0], scene[k]), std::max(0.025, 2 * sigma)) << "and it says so";
     worst = std::max(worst, end_error(found[0], scene[k]));
   }
   double length = 0, right = 0;
@@ -345,8 +358,8 @@ TEST(SegmentMap, OfABuilding) {
     }
   EXPECT_EQ(whole, 35);
   EXPECT_EQ(once, whole) << "one wall is one segment";
-  EXPECT_GE(exact, 25);
-  EXPECT_LT(worst, 0.05) << "m; of the end of a wall that was seen whole";
+  EXPECT_GE(exact, 31);
+  EXPECT_LT(worst, 0.06) << "m; of the end of a wall that was seen whole";
   EXPECT_GT(mapped / seen, 0.955) << "the jambs of the doors, 0.15 m, are too short";
   EXPECT_GT(right / length, 0.998);
 }
