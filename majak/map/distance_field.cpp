@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
+
+#include "majak/map/distance_transform.hpp"
 
 namespace majak::map {
 namespace {
 
-constexpr float kFar = 1e12F;
 // A floor lies next to it. What has none no beam ever met: the inside and the far side of a drawn
 // wall.
 bool can_be_seen(const KnownMap& map, int ix, int iy) {
@@ -17,35 +19,6 @@ bool can_be_seen(const KnownMap& map, int ix, int iy) {
     for (int dx = -1; dx <= 1; ++dx)
       if (map.at(ix + dx, iy + dy) == CellState::free) return true;
   return false;
-}
-
-// Lower envelope of the parabolas y = f[q] + (x - q)^2: d[x] is its height at x. `at` and `from`
-// are scratch: which parabola counts, and from where on.
-void envelope(const float* f, int n, float* d, std::vector<int>& at, std::vector<float>& from) {
-  int k = -1;
-  for (int q = 0; q < n; ++q) {
-    if (f[q] >= kFar) continue;
-    const auto value = [&](int p) { return f[p] + static_cast<float>(p) * static_cast<float>(p); };
-    float begin = -std::numeric_limits<float>::infinity();
-    while (k >= 0) {
-      begin = (value(q) - value(at[k])) / (2.0F * static_cast<float>(q - at[k]));
-      if (begin > from[k]) break;
-      --k;
-    }
-    if (k < 0) begin = -std::numeric_limits<float>::infinity();
-    at[++k] = q;
-    from[k] = begin;
-  }
-  if (k < 0) {
-    std::fill(d, d + n, kFar);
-    return;
-  }
-  int i = 0;
-  for (int x = 0; x < n; ++x) {
-    while (i < k && from[i + 1] < static_cast<float>(x)) ++i;
-    const auto off = static_cast<float>(x - at[i]);
-    d[x] = f[at[i]] + off * off;
-  }
 }
 
 }  // namespace
@@ -58,22 +31,14 @@ DistanceField::DistanceField(const KnownMap& map, double reach)
       height_(map.height),
       reach_(static_cast<float>(reach)),
       distances_(map.cells.size()) {
-  const auto longest = static_cast<std::size_t>(std::max({width_, height_, 1}));
-  std::vector<float> in(longest), out(longest), from(longest);
-  std::vector<int> at(longest);
-  // Squared distances in cells: down each column, then along each row.
-  for (int x = 0; x < width_; ++x) {
-    for (int y = 0; y < height_; ++y) in[y] = can_be_seen(map, x, y) ? 0 : kFar;
-    envelope(in.data(), height_, out.data(), at, from);
-    for (int y = 0; y < height_; ++y) distances_[map.index(x, y)] = out[y];
-  }
-  for (int y = 0; y < height_; ++y) {
-    float* row = distances_.data() + map.index(0, y);
-    std::copy_n(row, width_, in.begin());
-    envelope(in.data(), width_, row, at, from);
-    for (int x = 0; x < width_; ++x)
-      row[x] = std::min(reach_, static_cast<float>(std::sqrt(row[x]) * resolution_));
-  }
+  CellMask walls{width_, height_, std::vector<std::uint8_t>(map.cells.size())};
+  for (int y = 0; y < height_; ++y)
+    for (int x = 0; x < width_; ++x) walls.cells[walls.index(x, y)] = can_be_seen(map, x, y);
+  const auto squares = squared_distances(walls);
+  std::transform(squares.begin(), squares.end(), distances_.begin(), [&](std::int32_t square) {
+    const double metres = std::sqrt(static_cast<float>(square)) * resolution_;
+    return square == kNoneMarked ? reach_ : std::min(reach_, static_cast<float>(metres));
+  });
 }
 
 double DistanceField::cast(const Vec2& p_map, const Vec2& direction, double max_range) const {

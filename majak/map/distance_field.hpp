@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // DistanceField: how far the nearest wall that a beam can see is, for every cell of a known map;
-// exact Euclidean distances in linear time (Felzenszwalb and Huttenlocher 2012). Rays are cast by
-// it: from a cell whose nearest wall is 2 m off a ray may step 2 m at once.
+// exact (map/distance_transform). Rays are cast by it: from a cell whose nearest wall is 2 m off a
+// ray may step 2 m at once.
 #pragma once
 
 #include <vector>
