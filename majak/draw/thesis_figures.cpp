@@ -38,6 +38,8 @@ const ThesisFigure kFigures[] = {
     {"16", "EKF-SLAM under water: ellipses of fourteen features shrink as the loop closes", false,
      figure_sonar},
     {"17", "an office building mapped by matching alone, beside the truth", false, figure_office},
+    {"18", "obstacle inflation: a grid's obstacles grow by the robot's size, in both meanings",
+     false, figure_inflation},
     {"22b", "the demonstration in a park: route and trunks, true and as seen; errors over range",
      false, figure_park},
 };
