@@ -46,6 +46,20 @@ std::vector<int> half_widths(double radius_cells, InflationMeaning meaning, int 
   return widths;
 }
 
+// Each cell blocks widths[its column's distance] cells to either side, its own included.
+void block_row(const std::uint16_t* column, int width, const int* widths, std::uint8_t* row) {
+  int left = 0;  // cells still to be blocked
+  for (int x = 0; x < width; ++x) {
+    left = std::max(left - 1, widths[column[x]]);
+    row[x] = left > 0;
+  }
+  left = 0;
+  for (int x = width - 1; x >= 0; --x) {
+    left = std::max(left - 1, widths[column[x]]);
+    row[x] |= static_cast<std::uint8_t>(left > 0);
+  }
+}
+
 CellMask inflate_disc(const CellMask& obstacles, double radius_cells, InflationMeaning meaning,
                       Threads threads) {
   const std::vector<int> widths =
@@ -55,18 +69,8 @@ CellMask inflate_disc(const CellMask& obstacles, double radius_cells, InflationM
   CellMask blocked{obstacles.width, obstacles.height,
                    std::vector<std::uint8_t>(obstacles.cells.size())};
   for_rows(threads, blocked.height, [&](int y) {
-    const std::uint16_t* column = columns.data() + blocked.index(0, y);
-    std::uint8_t* row = blocked.cells.data() + blocked.index(0, y);
-    int left = 0;  // cells still to be blocked
-    for (int x = 0; x < blocked.width; ++x) {
-      left = std::max(left - 1, widths[column[x]]);
-      row[x] = left > 0;
-    }
-    left = 0;
-    for (int x = blocked.width - 1; x >= 0; --x) {
-      left = std::max(left - 1, widths[column[x]]);
-      row[x] |= static_cast<std::uint8_t>(left > 0);
-    }
+    block_row(columns.data() + blocked.index(0, y), blocked.width, widths.data(),
+              blocked.cells.data() + blocked.index(0, y));
   });
   return blocked;
 }
