@@ -78,14 +78,16 @@ void require_valid(const CellMask& mask) {
     throw Error("grid: as many cells as width x height are needed");
 }
 
-std::vector<std::uint16_t> column_distances(const CellMask& marked, int cap, Threads threads) {
+std::unique_ptr<std::uint16_t[]> column_distances(const CellMask& marked, int cap,
+                                                  Threads threads) {
   require_valid(marked);
-  std::vector<std::uint16_t> out(marked.cells.size());
+  // Left unfilled: the threads are the first to touch it.
+  auto out = std::make_unique_for_overwrite<std::uint16_t[]>(marked.cells.size());
   const auto most = static_cast<std::uint16_t>(std::clamp(cap, 0, kLongestSide));
   const int stripes = (marked.width + kStripe - 1) / kStripe;
   parallel_for(threads, static_cast<std::size_t>(stripes), [&](std::size_t k) {
     const int begin = static_cast<int>(k) * kStripe;
-    go_along_columns(marked, begin, std::min(begin + kStripe, marked.width), most, out.data());
+    go_along_columns(marked, begin, std::min(begin + kStripe, marked.width), most, out.get());
   });
   return out;
 }
@@ -93,13 +95,13 @@ std::vector<std::uint16_t> column_distances(const CellMask& marked, int cap, Thr
 std::vector<std::int32_t> squared_distances(const CellMask& marked, Threads threads) {
   // No two cells of a column are as far apart as it is high.
   const auto columns = column_distances(marked, marked.height, threads);
-  std::vector<std::int32_t> out(columns.size());
+  std::vector<std::int32_t> out(marked.cells.size());
   const int pieces = (marked.height + kRows - 1) / kRows;
   parallel_for(threads, static_cast<std::size_t>(pieces), [&](std::size_t k) {
     std::vector<Parabola> scratch(static_cast<std::size_t>(marked.width));
     const int begin = static_cast<int>(k) * kRows;
     for (int y = begin; y < std::min(begin + kRows, marked.height); ++y)
-      envelope(columns.data() + marked.index(0, y), marked.width, marked.height, scratch,
+      envelope(columns.get() + marked.index(0, y), marked.width, marked.height, scratch,
                out.data() + marked.index(0, y));
   });
   return out;

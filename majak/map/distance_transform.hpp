@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "majak/core/parallel.hpp"
@@ -41,7 +42,8 @@ inline constexpr std::int32_t kNoneMarked = std::numeric_limits<std::int32_t>::m
 std::vector<std::int32_t> squared_distances(const CellMask& marked, Threads threads = {});
 
 /// The same along columns alone, not squared: cells up or down to the nearest marked one, at most
-/// `cap`.
-std::vector<std::uint16_t> column_distances(const CellMask& marked, int cap, Threads threads = {});
+/// `cap`; as many as there are cells.
+std::unique_ptr<std::uint16_t[]> column_distances(const CellMask& marked, int cap,
+                                                  Threads threads = {});
 
 }  // namespace majak::map

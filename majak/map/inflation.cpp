@@ -69,7 +69,7 @@ CellMask inflate_disc(const CellMask& obstacles, double radius_cells, InflationM
   CellMask blocked{obstacles.width, obstacles.height,
                    std::vector<std::uint8_t>(obstacles.cells.size())};
   for_rows(threads, blocked.height, [&](int y) {
-    block_row(columns.data() + blocked.index(0, y), blocked.width, widths.data(),
+    block_row(columns.get() + blocked.index(0, y), blocked.width, widths.data(),
               blocked.cells.data() + blocked.index(0, y));
   });
   return blocked;
