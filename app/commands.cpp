@@ -12,6 +12,7 @@
 #include "app/demo.hpp"
 #include "app/emulate.hpp"
 #include "app/evaluate.hpp"
+#include "app/export.hpp"
 #include "app/figure.hpp"
 #include "app/info.hpp"
 #include "app/localize.hpp"
@@ -48,6 +49,7 @@ void add_commands(CLI::App& app) {
   add_emulate(app);
   add_simulate(app);
   add_evaluate(app);
+  add_export(app);
   add_figure(app);
   add_demo(app);
   app.formatter(std::make_shared<FirstLines>());

@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+# majak export: the walls of a run in every format, twice the same; clear refusals.
+. "$(dirname "$0")/lib.sh"
+simulate
+cd "$work" || exit 1
+ok "$majak" map short.log -o hall
+
+for format in svg dxf geojson wkt; do
+  ok "$majak" export hall $format
+  non_empty hall.$format
+  grep -q "hall.$format: [0-9]* segments" out || fail "$(cat out)"
+  ok "$majak" export hall/site.majak $format -o again.$format
+  cmp -s hall.$format again.$format || fail "another $format"
+done
+[ "$(grep -c '^LINE' hall.dxf)" -gt 50 ] || fail "few walls: $(grep -c '^LINE' hall.dxf)"
+ok "$majak" export hall wkt --set segments.min_length=2 -o long.wkt
+[ "$(wc -c <long.wkt)" -lt "$(wc -c <hall.wkt)" ] || fail "the shortest length changes nothing"
+
+refused "$majak" export no_such dxf
+refused "$majak" export hall docx
+refused "$majak" export hall/map.yaml dxf
+refused "$majak" export hall dxf --set segments.min_length=99
+refused "$majak" export hall dxf --set segments.colour=3
