@@ -39,12 +39,18 @@ std::string svg_of(const Spots& s) {
                      paint_of("stroke", s.colour), number(2 * s.radius));
 }
 
+/// Words, not numbers, are as wide as they were laid out for, whatever the reader's font.
 std::string svg_of(const Words& w) {
+  constexpr std::size_t kNumber = 6;  // letters at most
   const char* const anchors[] = {"start", "middle", "end"};
+  const std::string width =
+      w.text.size() > kNumber
+          ? fmt::format(" textLength=\"{}\"", number(text_width(w.text, w.size)))
+          : "";
   const std::string at = fmt::format("{} {}", number(w.at.x), number(w.at.y));
   return fmt::format(
-      "<text transform=\"translate({}){}\" font-size=\"{}\" text-anchor=\"{}\"{}>{}</text>\n", at,
-      w.upright ? " rotate(-90)" : "", number(w.size), anchors[int(w.anchor)],
+      "<text transform=\"translate({}){}\" font-size=\"{}\" text-anchor=\"{}\"{}{}>{}</text>\n", at,
+      w.upright ? " rotate(-90)" : "", number(w.size), anchors[int(w.anchor)], width,
       paint_of("fill", w.colour), escape(w.text));
 }
 
