@@ -3,7 +3,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 
 #include "majak/draw/figure.hpp"
 #include "majak/io/atomic_file.hpp"
@@ -11,15 +10,9 @@
 
 namespace majak::bench {
 
-inline void write_file(const std::string& path, std::string_view bytes) {
-  io::AtomicFile file(path);
-  file.write(bytes);
-  file.commit();
-}
-
 inline void write_picture(const std::string& prefix, const draw::Figure& figure) {
-  write_file(prefix + ".svg", draw::figure_svg(figure));
-  write_file(prefix + ".png", io::encode_png(draw::figure_image(figure)));
+  io::write_file_atomically(prefix + ".svg", draw::figure_svg(figure));
+  io::write_file_atomically(prefix + ".png", io::encode_png(draw::figure_image(figure)));
 }
 
 }  // namespace majak::bench

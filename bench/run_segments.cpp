@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The segment map of a run, measured.
-//   run_segments RUN [FOLDER] [NAME=VALUE ...]
-// RUN is a run's folder or its site.majak. With FOLDER the map is written there as SVG, DXF,
-// GeoJSON and WKT. Options by their names, and mahalanobis=1. Static returns are those in or beside
+//   run_segments RUN [--mahalanobis] [NAME=VALUE ...]
+// RUN is a run's folder or its site.majak. Static returns are those in or beside
 // an occupied cell of the run's grid. Times are of one thread.
 #include <fmt/core.h>
 
@@ -10,14 +9,14 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
-#include <filesystem>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <vector>
 
 #include "majak/core/error.hpp"
 #include "majak/io/known_map_files.hpp"
-#include "majak/io/segment_files.hpp"
+#include "majak/io/options_file.hpp"
 #include "majak/map/known_map.hpp"
 #include "majak/map/segment_map.hpp"
 
@@ -94,28 +93,7 @@ Shares shares(const Site& site, const map::KnownMap& grid, const std::vector<map
   return sum;
 }
 
-void set(map::SegmentMapOptions& options, const std::string& argument) {
-  const auto equals = argument.find('=');
-  const std::string name = argument.substr(0, equals);
-  const double value = std::stod(argument.substr(equals + 1));
-  if (name == "mahalanobis") {
-    options.correspondence =
-        value != 0 ? map::Correspondence::mahalanobis : map::Correspondence::thresholds;
-    return;
-  }
-  OptionFields fields;
-  describe(fields, options);
-  for (const OptionField& field : fields.list)
-    if (field.name == name) {
-      std::visit([&](auto* v) { *v = static_cast<std::remove_reference_t<decltype(*v)>>(value); },
-                 field.value);
-      return;
-    }
-  throw Error("no option " + name);
-}
-
-void measure(const std::string& run, const std::string& folder,
-             const map::SegmentMapOptions& options) {
+void measure(const std::string& run, const map::SegmentMapOptions& options) {
   const auto input = io::read_map(run);
   if (!input.site) throw Error(run + ": not a run");
   const double begin = cpu();
@@ -143,29 +121,25 @@ void measure(const std::string& run, const std::string& folder,
              static_cast<double>(cells) / static_cast<double>(std::max<std::size_t>(bytes, 1)));
   fmt::print("grid in memory      {} (tiles of 2 bytes a cell)\n", grid.bytes());
   fmt::print("seconds             {:.2f} for {} scans\n", seconds, input.site->scans.size());
-  if (folder.empty()) return;
-  std::filesystem::create_directories(folder);
-  io::write_segment_files(folder, walls);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   try {
-    if (argc < 2) throw Error("usage: run_segments RUN [FOLDER] [NAME=VALUE ...]");
-    std::string folder;
+    if (argc < 2) throw Error("usage: run_segments RUN [--mahalanobis] [NAME=VALUE ...]");
     map::SegmentMapOptions options;
+    OptionFields fields;
+    describe(fields, options);
     for (int i = 2; i < argc; ++i) {
-      const std::string argument = argv[i];
-      if (argument.find('=') == std::string::npos) {
-        folder = argument;
-      } else {
-        set(options, argument);
-      }
+      if (std::string_view(argv[i]) == "--mahalanobis")
+        options.correspondence = map::Correspondence::mahalanobis;
+      else
+        io::apply_option(fields, argv[i]);
     }
-    measure(argv[1], folder, options);
+    measure(argv[1], options);
     return 0;
-  } catch (const std::exception& e) {
+  } catch (const Error& e) {
     fmt::print(stderr, "{}\n", e.what());
     return 1;
   }

@@ -185,14 +185,8 @@ std::vector<ErrorPanel> error_panels(const Demonstration& d) {
 
 // ---- Errors over range -----------------------------------------------------------------------
 
-/// Against the truth as they were placed then; without it, against the map they made at last.
-const std::vector<eval::SightingError>& sightings_of(const Demonstration& d) {
-  const DemonstrationRun& run = d.with_all();
-  return (d.truth.empty() ? run.graph : run.ekf).obstacles.sightings;
-}
-
 Panel errors_at_range(const Box& place, const Demonstration& d, bool across) {
-  const auto& sightings = sightings_of(d);
+  const auto& sightings = eval::sightings_of(d);
   const auto bins = eval::errors_over_range(sightings, kBin, kLeast);
   Panel panel{.place = place,
               .title = across ? "Across the beam: the heading" : "Along the beam: the laser",

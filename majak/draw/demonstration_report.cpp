@@ -284,8 +284,7 @@ Row obstacle_row(const Demonstration& d, const DemonstrationRun& run, bool graph
 }
 
 std::string range_words(const Demonstration& d) {
-  const auto bins = eval::errors_over_range(
-      (d.truth.empty() ? d.with_all().graph : d.with_all().ekf).obstacles.sightings, 5, 30);
+  const auto bins = eval::errors_over_range(eval::sightings_of(d), 5, 30);
   if (bins.size() < 2) return "";
   const eval::RangeBin &near = bins.front(), &far = bins.back();
   std::string words = fmt::format(

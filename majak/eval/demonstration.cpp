@@ -151,6 +151,11 @@ Demonstration demonstrate(const std::vector<Event>& events, const DemonstrationO
   return d;
 }
 
+const std::vector<SightingError>& sightings_of(const Demonstration& demonstration) {
+  const DemonstrationRun& run = demonstration.with_all();
+  return (demonstration.truth.empty() ? run.graph : run.ekf).obstacles.sightings;
+}
+
 std::vector<PlaceError> pooled(const Demonstration& demonstration, Feed feed, Against against,
                                bool graph) {
   std::vector<PlaceError> all;

@@ -66,6 +66,10 @@ struct Demonstration {
   const DemonstrationRun& with_all() const { return runs.back(); }  ///< with all that is there
 };
 
+/// Of the trunks' sightings, with all satellites: against the truth as they were placed then;
+/// without it, against the map they made at last.
+const std::vector<SightingError>& sightings_of(const Demonstration& demonstration);
+
 /// Throws Error where the log has no scans, or neither fixes nor truth.
 Demonstration demonstrate(const std::vector<Event>& events,
                           const DemonstrationOptions& options = {});

@@ -5,8 +5,6 @@
 
 #include <cmath>
 
-#include "majak/io/atomic_file.hpp"
-
 namespace majak::io {
 namespace {
 
@@ -140,14 +138,6 @@ std::string segments_wkt(std::span<const map::Segment> segments) {
     comma = ", ";
   }
   return out + ")\n";
-}
-
-void write_segment_files(const std::filesystem::path& folder,
-                         std::span<const map::Segment> segments) {
-  write_file_atomically(folder / "segments.svg", segments_svg(segments));
-  write_file_atomically(folder / "segments.dxf", segments_dxf(segments));
-  write_file_atomically(folder / "segments.geojson", segments_geojson(segments));
-  write_file_atomically(folder / "segments.wkt", segments_wkt(segments));
 }
 
 }  // namespace majak::io

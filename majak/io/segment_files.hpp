@@ -4,7 +4,6 @@
 // the way from a to b: the side a surface was seen from is to its left.
 #pragma once
 
-#include <filesystem>
 #include <span>
 #include <string>
 
@@ -24,9 +23,5 @@ std::string segments_geojson(std::span<const map::Segment> segments);
 
 /// One MULTILINESTRING.
 std::string segments_wkt(std::span<const map::Segment> segments);
-
-/// Writes segments.svg, .dxf, .geojson and .wkt into the folder, each whole or not at all.
-void write_segment_files(const std::filesystem::path& folder,
-                         std::span<const map::Segment> segments);
 
 }  // namespace majak::io

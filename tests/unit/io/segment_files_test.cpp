@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -95,21 +94,6 @@ TEST(SegmentFiles, OfNothingAreValid) {
   EXPECT_TRUE(nlohmann::json::parse(segments_geojson({}))["features"].empty());
   EXPECT_EQ(groups_of(segments_dxf({})).back().second, "EOF");
   EXPECT_NE(segments_svg({}).find("viewBox=\"-1.0000 -1.0000 2.0000 2.0000\""), std::string::npos);
-}
-
-TEST(SegmentFiles, AllFourAreWritten) {
-  const auto folder = std::filesystem::path(testing::TempDir()) / "segment_files";
-  std::filesystem::create_directories(folder);
-  write_segment_files(folder, two());
-  const auto text = [&](const char* name) {
-    std::ifstream in(folder / name);
-    return std::string(std::istreambuf_iterator<char>(in), {});
-  };
-  EXPECT_EQ(text("segments.svg"), segments_svg(two()));
-  EXPECT_EQ(text("segments.dxf"), segments_dxf(two()));
-  EXPECT_EQ(text("segments.geojson"), segments_geojson(two()));
-  EXPECT_EQ(text("segments.wkt"), segments_wkt(two()));
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -130,7 +130,7 @@ TEST(EkfSlam, PoseAndTrunksAreWhereTheyAre) {
     const Result& run = plain_run(seed);
     const MapError error = map_error(run.map);
     SCOPED_TRACE(seed);
-    EXPECT_LT(run.position_rms(), 0.12);
+    EXPECT_LT(run.position_rms(), 0.11);
     EXPECT_GE(run.map.landmarks.size(), 28u);
     EXPECT_LE(error.strangers, 1);  // a bush that looks round
     EXPECT_EQ(error.twice, 0);
@@ -199,7 +199,7 @@ TEST(EkfSlam, TheWheelsAreLearntAsTheyAre) {
   for (const localize::LearntValue& v : slam(drive(o)).map.localization.learnt)
     if (v.name == "scale of the way") {
       EXPECT_NEAR(v.value, 1 / 0.97, 4 * v.sigma);
-      EXPECT_LT(v.sigma, 0.01);
+      EXPECT_LT(v.sigma, 0.005);
     }
 }
 
@@ -229,7 +229,7 @@ TEST(EkfSlam, ObservationsAreOfTheLandmarksOfTheMap) {
     ASSERT_LT(o.scan, run.estimates().size());
     ASSERT_LT(static_cast<std::size_t>(o.landmark), run.map.landmarks.size());
     const Vec2 p_map = run.estimates()[o.scan].T_map_robot * o.q_robot;
-    EXPECT_LT((p_map - run.map.landmarks[static_cast<std::size_t>(o.landmark)].p_map).norm(), 1.5);
+    EXPECT_LT((p_map - run.map.landmarks[static_cast<std::size_t>(o.landmark)].p_map).norm(), 0.35);
     ++sightings[static_cast<std::size_t>(o.landmark)];
   }
   for (std::size_t i = 0; i < sightings.size(); ++i)
@@ -246,7 +246,7 @@ TEST(EkfSlam, DiametersAreThoseOfTheTrunks) {
       EXPECT_NEAR(m.diameter, 2 * d.radius, 0.3);
     }
   EXPECT_GT(n, 15);
-  EXPECT_LT(std::sqrt(squared / n), 0.15);
+  EXPECT_LT(std::sqrt(squared / n), 0.09);
 }
 
 TEST(EkfSlam, TheSameBytesTwice) {
@@ -327,9 +327,9 @@ std::vector<Event> with_satellites(int seed, sim::SatelliteOptions o = {}) {
 void expect_in_the_fixes_frame(const Result& run, int seed) {
   SCOPED_TRACE(seed);
   const MapError error = map_error(run.map);
-  EXPECT_LT(run.position_at_end(), 2);
+  EXPECT_LT(run.position_at_end(), 1.8);
   EXPECT_LT(run.nees(run.estimates().back()), chi_square_quantile(0.9999, 3));
-  EXPECT_LT(error.rms, 2.2);
+  EXPECT_LT(error.rms, 1.75);
   EXPECT_GE(run.map.landmarks.size(), 28u);
 }
 
@@ -399,7 +399,7 @@ TEST(EkfSlam, PeopleAndCarsAreNoLandmarks) {
     sim::SimulationOptions o = car(seed);
     o.people = 12, o.vehicles = 4;
     const Result run = slam(drive(o));
-    EXPECT_LT(run.position_rms(), 0.15);
+    EXPECT_LT(run.position_rms(), 0.13);
     EXPECT_GT(run.count("did not stand still"), plain_run(seed).count("did not stand still"));
   }
 }
@@ -412,7 +412,7 @@ TEST(EkfSlam, AMinuteOfFixesFarOffIsNotBelieved) {
     o.jump = 50, o.jump_begin = 15, o.jump_duration = 60;
     const Result run = slam(with_satellites(seed, o), {}, false);
     const Result without = slam(with_satellites(seed, {}), {}, false);
-    EXPECT_LT(run.position_at_end(), 2);
+    EXPECT_LT(run.position_at_end(), 1.5);
     EXPECT_GT(run.count("contradict all else"), 50);
     EXPECT_EQ(without.count("contradict all else"), 0);
     EXPECT_EQ(run.estimates().back().health, Health::degraded);
@@ -472,7 +472,7 @@ TEST(EkfSlam, TrunksThatAreFelledGoAndOthersDoNot) {
   std::vector<Event> events;
   while (auto event = simulator.next()) events.push_back(std::move(*event));
   const Result run = slam(events);
-  EXPECT_LT(run.position_rms(), 0.15);
+  EXPECT_LT(run.position_rms(), 0.07);
   int gone = 0;
   for (const MappedLandmark& m : run.map.landmarks) {
     if (!m.gone) continue;
