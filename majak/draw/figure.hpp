@@ -73,7 +73,14 @@ struct Label {
   double size = 15;  ///< points
   Colour colour = ink::black;
 };
-using Mark = std::variant<Polyline, Dots, Ellipse, Arrow, Label>;
+/// Pixels laid into the panel's units: grey, colour, or colour with alpha. Pixels keep their sharp
+/// edges.
+struct Picture {
+  io::Image image;
+  Point low;  ///< the lower left corner of the lower left pixel
+  double pixel = 1;
+};
+using Mark = std::variant<Picture, Polyline, Dots, Ellipse, Arrow, Label>;
 
 /// A circle, and the ellipse that holds a share of all errors of (x, y) given by `chi2`, the
 /// quantile of chi-square with two degrees of freedom (5.991 for 95 %).
@@ -137,8 +144,13 @@ struct Words {
   Colour colour = ink::black;
   bool upright = false;  ///< reads upwards
 };
+struct Pixels {
+  io::Image image;
+  Box place;
+};
+using What = std::variant<Pixels, Outline, Spots, Words>;
 struct Stroke {
-  std::variant<Outline, Spots, Words> what;
+  What what;
   Box clip;
 };
 

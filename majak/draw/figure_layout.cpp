@@ -36,6 +36,11 @@ std::vector<Point> corners(const Ellipse& e) {
 
 std::vector<Point> points_of(const Mark& mark) {
   struct Visitor {
+    std::vector<Point> operator()(const Picture& m) const {
+      const auto [x, y] = m.low;
+      const double right = x + m.pixel * m.image.width, top = y + m.pixel * m.image.height;
+      return {{x, y}, {right, y}, {right, top}, {x, top}};
+    }
     std::vector<Point> operator()(const Polyline& m) const { return m.points; }
     std::vector<Point> operator()(const Dots& m) const { return m.at; }
     std::vector<Point> operator()(const Ellipse& m) const { return corners(m); }
@@ -99,9 +104,7 @@ class Sheet {
     put(Outline{std::move(points), closed, pen, fill});
   }
   void words(Words words) { put(std::move(words)); }
-  void put(std::variant<Outline, Spots, Words> what) {
-    strokes.push_back({std::move(what), clip_});
-  }
+  void put(What what) { strokes.push_back({std::move(what), clip_}); }
 
   std::vector<Stroke> strokes;
 
@@ -136,6 +139,10 @@ void draw_marks(Sheet& sheet, const Panel& panel, const View& view) {
   struct Visitor {
     Sheet& sheet;
     const View& view;
+    void operator()(const Picture& m) const {
+      const std::vector<Point> p = view(points_of(m));
+      sheet.put(Pixels{m.image, {p[3].x, p[3].y, p[1].x - p[3].x, p[1].y - p[3].y}});
+    }
     void operator()(const Polyline& m) const {
       sheet.area(view(m.points), m.pen, m.fill, m.closed);
     }
@@ -198,11 +205,12 @@ Box in_corner(const Box& in, Corner corner, double width, double height) {
           top ? in.top + kInset : in.top + in.height - height - kInset, width, height};
 }
 
-/// How much of the marks lies under a box, in points of lines.
+/// How much of the marks lies under a box, in points of lines; a picture lies everywhere.
 int hidden(const Panel& panel, const View& view, const Box& box) {
   constexpr double kStride = 6, kMost = 1000;
   int count = 0;
   for (const Mark& mark : panel.marks) {
+    if (std::holds_alternative<Picture>(mark)) continue;
     const std::vector<Point> points = view(points_of(mark));
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Point b = points[i],

@@ -19,6 +19,14 @@ std::string paint_of(const char* property, const Colour& c) {
   return text;
 }
 
+std::string svg_of(const Pixels& p) {
+  return fmt::format(
+      "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" "
+      "style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{}\"/>\n",
+      number(p.place.left, 3), number(p.place.top, 3), number(p.place.width, 3),
+      number(p.place.height, 3), base64(io::encode_png(p.image)));
+}
+
 std::string svg_of(const Outline& o) {
   std::string text = fmt::format("<path d=\"{}{}\"", path_data(o.points, 2), o.closed ? "Z" : "");
   text += o.fill ? paint_of("fill", *o.fill) : " fill=\"none\"";
@@ -87,6 +95,11 @@ std::vector<std::vector<Point>> dashes(const std::vector<Point>& points, double 
   }
   if (drawing) parts.push_back(part);
   return parts;
+}
+
+void draw(Raster& raster, const Pixels& p, double scale) {
+  raster.picture(p.image, {p.place.left * scale, p.place.top * scale, p.place.width * scale,
+                           p.place.height * scale});
 }
 
 void draw(Raster& raster, const Outline& o, double scale) {

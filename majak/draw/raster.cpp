@@ -9,6 +9,38 @@ namespace {
 
 constexpr int kRows = 5;  // in which a pixel is cut to find how much of it an area covers
 
+/// The picture's pixels along one axis whose middles lie in [from, to), or the one that holds the
+/// middle of it.
+struct PixelSpan {
+  int first, last;  // half open
+  PixelSpan(double from, double to, int size)
+      : first(std::clamp(int(std::ceil(from - 0.5)), 0, size)),
+        last(std::clamp(int(std::ceil(to - 0.5)), 0, size)) {
+    if (first < last) return;
+    first = std::clamp(int(std::floor((from + to) / 2)), 0, size - 1);
+    last = first + 1;
+  }
+};
+
+struct Ink {
+  double r = 0, g = 0, b = 0, alpha = 0;  // each times alpha, 0 ... 255
+};
+Ink mean_ink(const io::Image& picture, const PixelSpan& xs, const PixelSpan& ys) {
+  const int channels = picture.channels;
+  Ink sum;
+  for (int y = ys.first; y < ys.last; ++y) {
+    const std::uint8_t* p = picture.row(y) + xs.first * channels;
+    for (int x = xs.first; x < xs.last; ++x, p += channels) {
+      const bool grey = channels == 1;
+      const double alpha = channels == 4 ? p[3] / 255.0 : 1;
+      sum.r += alpha * p[0], sum.g += alpha * p[grey ? 0 : 1], sum.b += alpha * p[grey ? 0 : 2];
+      sum.alpha += alpha;
+    }
+  }
+  const double share = 1.0 / ((xs.last - xs.first) * (ys.last - ys.first));
+  return {sum.r * share, sum.g * share, sum.b * share, sum.alpha * share};
+}
+
 }  // namespace
 
 Raster::Raster(int width, int height)
@@ -83,6 +115,26 @@ void Raster::area(std::span<const Point> points, const Colour& colour) {
       cover_span(crossings[i], crossings[i + 1], row / kRows, 1.0F / kRows, r);
   }
   paint(r, colour);
+}
+
+void Raster::picture(const io::Image& picture, const Box& place) {
+  if (picture.pixels.empty() || !(place.width > 0 && place.height > 0)) return;
+  const double across = picture.width / place.width, down = picture.height / place.height;
+  const Point corners[] = {{place.left, place.top},
+                           {place.left + place.width, place.top + place.height}};
+  const Region r = region(corners, -0.5);  // pixels whose middles lie in it
+  for (int y = r.y0; y < r.y1; ++y) {
+    const PixelSpan ys((y - place.top) * down, (y + 1 - place.top) * down, picture.height);
+    std::uint8_t* pixel = image_.row(y) + 3 * r.x0;
+    for (int x = r.x0; x < r.x1; ++x, pixel += 3) {
+      const PixelSpan xs((x - place.left) * across, (x + 1 - place.left) * across, picture.width);
+      const Ink ink = mean_ink(picture, xs, ys);
+      const double under = 1 - ink.alpha;
+      pixel[0] = std::uint8_t(std::lround(under * pixel[0] + ink.r));
+      pixel[1] = std::uint8_t(std::lround(under * pixel[1] + ink.g));
+      pixel[2] = std::uint8_t(std::lround(under * pixel[2] + ink.b));
+    }
+  }
 }
 
 void Raster::paint(const Region& r, const Colour& colour) {

@@ -22,6 +22,10 @@ class Raster {
   /// The inside, by the even-odd rule.
   void area(std::span<const Point> points, const Colour& colour);
 
+  /// Each pixel in the colour of the picture's pixel that it lies in. Where the picture is finer
+  /// than that, in the mean of them.
+  void picture(const io::Image& picture, const Box& place);
+
   io::Image image() && { return std::move(image_); }
 
  private:

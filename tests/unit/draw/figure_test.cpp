@@ -51,6 +51,22 @@ TEST(Figure, UnitsBecomePoints) {
   EXPECT_EQ(outlines[0].points, (std::vector<Point>{{12, 112}, {112, 12}, {62, 92}}));
 }
 
+TEST(Figure, PicturesLieInTheUnitsOfThePanel) {
+  io::Image image(2, 1, 1);
+  image.pixels = {0, 255};
+  const Figure figure = sketch({Picture{image, {1, 2}, 3}});
+  const auto pixels = all_of<Pixels>(figure);
+  ASSERT_EQ(pixels.size(), 1U);
+  EXPECT_EQ(pixels[0].place.left, 22);
+  EXPECT_EQ(pixels[0].place.top, 62);
+  EXPECT_EQ(pixels[0].place.width, 60);
+  EXPECT_EQ(pixels[0].place.height, 30);
+  const io::Image drawn = figure_image(figure, 1);
+  EXPECT_EQ(drawn.row(70)[3 * 30], 0);
+  EXPECT_EQ(drawn.row(70)[3 * 60], 255);
+  EXPECT_THAT(figure_svg(figure), HasSubstr("<image x=\"22\" y=\"62\" width=\"60\" height=\"30\""));
+}
+
 TEST(Figure, OneUnitIsAsLongBothWays) {
   Figure figure{.width = 800, .height = 300};
   figure.panels.push_back({.place = figure.whole(), .marks = {circle({3, -2}, 1, {})}});

@@ -144,5 +144,55 @@ TEST(Raster, FarPointsAndEmptyShapesAreHarmless) {
   EXPECT_EQ(ink_of(std::move(raster).image()), 0);
 }
 
+/// '#' black, '+' half, '.' white.
+io::Image grey_picture(const std::vector<std::string>& rows) {
+  io::Image image(int(rows[0].size()), int(rows.size()), 1);
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      const char c = rows[std::size_t(y)][std::size_t(x)];
+      image.row(y)[x] = c == '#' ? 0 : c == '+' ? 128 : 255;
+    }
+  return image;
+}
+
+TEST(Raster, PicturesKeepSharpEdgesWhenTheyGrow) {
+  Raster raster(8, 5);
+  raster.picture(grey_picture({"#.#", ".#."}), {1, 0, 6, 4});
+  EXPECT_EQ(picture(std::move(raster).image()),
+            ".##..##.\n"
+            ".##..##.\n"
+            "...##...\n"
+            "...##...\n"
+            "........\n");
+}
+
+TEST(Raster, PicturesAreTheMeanWhereTheyShrink) {
+  Raster raster(3, 2);
+  raster.picture(grey_picture({"##.#..", "##.#..", "######", "......"}), {0, 0, 3, 2});
+  const io::Image image = std::move(raster).image();
+  EXPECT_EQ(picture(image),
+            "#+.\n"
+            "+++\n");
+  EXPECT_EQ(image.row(0)[3], 128);
+  EXPECT_EQ(image.row(1)[0], 128);
+}
+
+TEST(Raster, ClearPixelsShowWhatIsUnder) {
+  Raster raster(3, 1);
+  raster.area(std::vector<Point>{{0, 0}, {2, 0}, {2, 1}, {0, 1}}, kBlack);
+  io::Image image(3, 1, 4);
+  image.pixels = {255, 0, 0, 255, 255, 0, 0, 0, 0, 0, 255, 51};
+  raster.picture(image, {0, 0, 3, 1});
+  EXPECT_EQ(std::move(raster).image().pixels,
+            (std::vector<std::uint8_t>{255, 0, 0, 0, 0, 0, 204, 204, 255}));
+}
+
+TEST(Raster, PicturesStayWithinTheirClip) {
+  Raster raster(4, 2);
+  raster.clip({1, 0, 2, 2});
+  raster.picture(grey_picture({"#"}), {-3, -3, 10, 10});
+  EXPECT_EQ(picture(std::move(raster).image()), ".##.\n.##.\n");
+}
+
 }  // namespace
 }  // namespace majak::draw
