@@ -13,6 +13,7 @@
 #include "app/emulate.hpp"
 #include "app/evaluate.hpp"
 #include "app/export.hpp"
+#include "app/faces.hpp"
 #include "app/figure.hpp"
 #include "app/info.hpp"
 #include "app/localize.hpp"
@@ -49,6 +50,7 @@ void add_commands(CLI::App& app) {
   add_emulate(app);
   add_simulate(app);
   add_evaluate(app);
+  add_faces(app);
   add_export(app);
   add_figure(app);
   add_demo(app);

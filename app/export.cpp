@@ -8,18 +8,15 @@
 #include <filesystem>
 #include <iterator>
 #include <memory>
-#include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "app/write_figure.hpp"
 #include "majak/core/error.hpp"
+#include "majak/draw/face.hpp"
 #include "majak/io/atomic_file.hpp"
 #include "majak/io/known_map_files.hpp"
 #include "majak/io/options_file.hpp"
-#include "majak/io/segment_files.hpp"
-#include "majak/map/segment_map.hpp"
 
 namespace majak::app {
 namespace {
@@ -27,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kHelp =
-    "The walls of a run as straight pieces, for other people's programs.\n"
+    "What a run found out, for other people's programs.\n"
     "\n"
     "Examples:\n"
     "  majak export hall dxf                  for CAD: hall.dxf\n"
@@ -41,43 +38,51 @@ constexpr const char* kHelp =
 
 struct ExportFormat {
   const char* name;
-  std::string (*text)(std::span<const map::Segment>);
+  const char* face;  ///< whose files have one that ends so
 };
-constexpr ExportFormat kFormats[] = {{"svg", io::segments_svg},
-                                     {"dxf", io::segments_dxf},
-                                     {"geojson", io::segments_geojson},
-                                     {"wkt", io::segments_wkt}};
+constexpr ExportFormat kFormats[] = {
+    {"svg", "segments"}, {"dxf", "segments"}, {"geojson", "segments"}, {"wkt", "segments"}};
 
 struct ExportCommand {
   std::string run, format, output;
   std::vector<std::string> set;
-  map::SegmentMapOptions segments;
+  draw::FaceOptions options;
 };
 
 const ExportFormat& format_called(const std::string& name) {
   const auto* found = std::find_if(std::begin(kFormats), std::end(kFormats),
                                    [&](const ExportFormat& f) { return f.name == name; });
-  if (found == std::end(kFormats))
-    throw Error("export: no format " + name + "; there are svg, dxf, geojson and wkt");
-  return *found;
+  if (found != std::end(kFormats)) return *found;
+  std::string names;
+  for (const ExportFormat& f : kFormats)
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", f.name);
+  throw Error(fmt::format("export: no format {}; there are {}", name, names));
+}
+
+draw::FacePage page_of(const ExportCommand& o, const Site& site, const char* face) {
+  try {
+    return draw::face(face).make(site, o.options);
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: {}", o.run, e.what()));
+  }
 }
 
 void run_export(ExportCommand& o) {
   const ExportFormat& format = format_called(o.format);
   OptionFields fields;
-  map::describe(fields, o.segments);
+  describe(fields, o.options);
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
   const auto input = io::read_map(o.run);
   if (!input.site)
     throw Error(o.run + ": no run; export needs the folder that majak map left, or its site.majak");
-  const auto walls = map::build_segments(*input.site, o.segments).walls();
-  if (walls.empty())
-    throw Error(o.run + ": no straight piece is long enough; try --set segments.min_length=0.2");
-  if (o.output.empty()) o.output = results_folder(o.run, ("." + o.format).c_str());
-  io::write_file_atomically(o.output, format.text(walls));
-  double length = 0;
-  for (const map::Segment& wall : walls) length += wall.length();
-  fmt::print("{}: {} segments, {:.0f} m\n", o.output, walls.size(), length);
+  const std::string ending = "." + o.format;
+  if (o.output.empty()) o.output = results_folder(o.run, ending.c_str());
+  const draw::FacePage page = page_of(o, *input.site, format.face);
+  for (const draw::FaceFile& file : page.files)
+    if (file.name.ends_with(ending)) io::write_file_atomically(o.output, file.bytes);
+  fmt::print("{}:", o.output);
+  for (const auto& [name, value] : page.figures) fmt::print(" {} {:.6g}", name, value);
+  fmt::print("\n");
 }
 
 }  // namespace

@@ -29,12 +29,6 @@ std::string soft(const std::string& text) {
   return fmt::format("<p class=\"soft\">{}</p>\n", escape(text));
 }
 
-std::string figure_in_page(const Figure& figure, const char* what) {
-  return fmt::format(
-      "<p><img alt=\"{}\" style=\"width:100%\" src=\"data:image/svg+xml;base64,{}\"></p>\n", what,
-      base64(figure_svg(figure)));
-}
-
 std::string metres_between(const Headline& h) {
   return fmt::format("95 %: {} to {}", metres(h.mean.low), metres(h.mean.high));
 }

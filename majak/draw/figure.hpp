@@ -88,6 +88,9 @@ Ellipse circle(Point centre, double radius, Pen pen, std::optional<Colour> fill 
 Ellipse covariance_ellipse(const Vec2& mean, const Eigen::Matrix2d& covariance, Pen pen,
                            double chi2 = 5.991464547107979);
 
+/// Where a mark is, in the panel's units: the corners of what it covers.
+std::vector<Point> points_of(const Mark& mark);
+
 struct Axis {
   std::string label;                    ///< with its unit
   std::optional<double> low{}, high{};  ///< default: as the marks ask

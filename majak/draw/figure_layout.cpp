@@ -34,22 +34,6 @@ std::vector<Point> corners(const Ellipse& e) {
   return points;
 }
 
-std::vector<Point> points_of(const Mark& mark) {
-  struct Visitor {
-    std::vector<Point> operator()(const Picture& m) const {
-      const auto [x, y] = m.low;
-      const double right = x + m.pixel * m.image.width, top = y + m.pixel * m.image.height;
-      return {{x, y}, {right, y}, {right, top}, {x, top}};
-    }
-    std::vector<Point> operator()(const Polyline& m) const { return m.points; }
-    std::vector<Point> operator()(const Dots& m) const { return m.at; }
-    std::vector<Point> operator()(const Ellipse& m) const { return corners(m); }
-    std::vector<Point> operator()(const Arrow& m) const { return {m.from, m.to}; }
-    std::vector<Point> operator()(const Label& m) const { return {m.at}; }
-  };
-  return std::visit(Visitor{}, mark);
-}
-
 /// Where a panel's marks come to lie on the sheet.
 class View {
  public:
@@ -262,6 +246,22 @@ void draw_legend(Sheet& sheet, const Panel& panel, const View& view) {
 }
 
 }  // namespace
+
+std::vector<Point> points_of(const Mark& mark) {
+  struct Visitor {
+    std::vector<Point> operator()(const Picture& m) const {
+      const auto [x, y] = m.low;
+      const double right = x + m.pixel * m.image.width, top = y + m.pixel * m.image.height;
+      return {{x, y}, {right, y}, {right, top}, {x, top}};
+    }
+    std::vector<Point> operator()(const Polyline& m) const { return m.points; }
+    std::vector<Point> operator()(const Dots& m) const { return m.at; }
+    std::vector<Point> operator()(const Ellipse& m) const { return corners(m); }
+    std::vector<Point> operator()(const Arrow& m) const { return {m.from, m.to}; }
+    std::vector<Point> operator()(const Label& m) const { return {m.at}; }
+  };
+  return std::visit(Visitor{}, mark);
+}
 
 Ellipse circle(Point centre, double radius, Pen pen, std::optional<Colour> fill) {
   return {centre, radius, radius, 0, pen, fill};

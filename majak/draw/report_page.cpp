@@ -168,6 +168,7 @@ for(const head of document.querySelectorAll('table.sort th'))head.onclick=()=>{
 
 std::string page(const std::string& title, const std::string& lead, const std::string& body,
                  const std::string& footer) {
+  const bool has_map = body.find("id=\"map\"") != std::string::npos;
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0} - "
       "majak</title>\n"
@@ -175,7 +176,8 @@ std::string page(const std::string& title, const std::string& lead, const std::s
       "name=\"color-scheme\" content=\"light dark\">\n"
       "<style>{1}</style></head>\n<body><main>\n<h1>{0}</h1>\n<p class=\"lead soft\">{2}</p>\n{3}"
       "<footer>{4}</footer>\n</main>\n<script>{5}</script>\n</body></html>\n",
-      escape(title), report_style(), escape(lead), body, escape(footer), report_script());
+      escape(title), report_style(), escape(lead), body, escape(footer),
+      has_map ? report_script() : "");
 }
 
 std::string section(const std::string& title, const std::string& body) {
@@ -207,6 +209,12 @@ std::string table(const std::vector<std::string>& head,
   out += "<tbody>\n";
   for (const auto& cells : rows) out += row(cells, "td");
   return out + "</tbody></table>\n";
+}
+
+std::string figure_in_page(const Figure& figure, const std::string& what) {
+  return fmt::format(
+      "<p><img alt=\"{}\" style=\"width:100%\" src=\"data:image/svg+xml;base64,{}\"></p>\n",
+      escape(what), base64(figure_svg(figure)));
 }
 
 std::string skipped_section(const Report& report) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "majak/core/report.hpp"
+#include "majak/draw/figure.hpp"
 #include "majak/draw/map_layers.hpp"
 
 namespace majak::draw {
@@ -15,8 +16,8 @@ namespace majak::draw {
 std::string_view report_style();
 std::string_view report_script();
 
-/// The whole page: `body` is HTML, the rest plain text. The script moves and zooms the element with
-/// id "map", which must be there.
+/// The whole page: `body` is HTML, the rest plain text. Where it has an element with id "map" a
+/// script moves and zooms it.
 std::string page(const std::string& title, const std::string& lead, const std::string& body,
                  const std::string& footer);
 
@@ -27,6 +28,8 @@ std::string tile(const std::string& value, const std::string& label, const std::
 /// Cells are plain text; the first column stands to the left. Nothing for no rows.
 std::string table(const std::vector<std::string>& head,
                   const std::vector<std::vector<std::string>>& rows);
+/// `what` it shows, for those who cannot see it.
+std::string figure_in_page(const Figure& figure, const std::string& what);
 std::string skipped_section(const Report& report);
 
 /// "12:05 min", "1:02:03 h"; "4.2 cm", "61 cm", "3.1 m".

@@ -104,6 +104,14 @@ Image render(const OccupancyGrid& grid, const MapFrame& frame, ToValue to_value)
   return image;
 }
 
+// Ten significant digits: 0.05 * 3 prints as 0.15 and not with the dust of binary fractions.
+std::string yaml_text(const std::string& image_name, double pixel, double x0, double y0) {
+  return fmt::format(
+      "image: {}\nresolution: {:.10g}\norigin: [{:.10g}, {:.10g}, 0]\nnegate: 0\n"
+      "occupied_thresh: {}\nfree_thresh: {}\n",
+      image_name, pixel, x0, y0, kOccupiedThreshold, kFreeThreshold);
+}
+
 }  // namespace
 
 MapFrame frame_of(const OccupancyGrid& grid, std::size_t max_pixels) {
@@ -135,6 +143,18 @@ Image trinary_map(const OccupancyGrid& grid, const MapFrame& frame) {
   return render(grid, frame, trinary);
 }
 
+Image trinary_map(const map::KnownMap& known) {
+  Image image(known.width, known.height, 1);
+  for (int iy = 0; iy < known.height; ++iy)
+    for (int ix = 0; ix < known.width; ++ix) {
+      const map::CellState state = known.at(ix, iy);
+      image.row(known.height - 1 - iy)[ix] = state == map::CellState::occupied ? kOccupiedValue
+                                             : state == map::CellState::free   ? kFreeValue
+                                                                               : kUnknownValue;
+    }
+  return image;
+}
+
 std::string pgm_text(const Image& image) {
   std::string text = fmt::format("P5\n{} {}\n255\n", image.width, image.height);
   text.append(reinterpret_cast<const char*>(image.pixels.data()), image.pixels.size());
@@ -142,11 +162,11 @@ std::string pgm_text(const Image& image) {
 }
 
 std::string map_yaml(const MapFrame& frame, const std::string& image_name) {
-  // Ten significant digits: 0.05 * 3 prints as 0.15 and not with the dust of binary fractions.
-  return fmt::format(
-      "image: {}\nresolution: {:.10g}\norigin: [{:.10g}, {:.10g}, 0]\nnegate: 0\n"
-      "occupied_thresh: {}\nfree_thresh: {}\n",
-      image_name, frame.pixel, frame.x0, frame.y0, kOccupiedThreshold, kFreeThreshold);
+  return yaml_text(image_name, frame.pixel, frame.x0, frame.y0);
+}
+
+std::string map_yaml(const map::KnownMap& known, const std::string& image_name) {
+  return yaml_text(image_name, known.resolution, known.x0, known.y0);
 }
 
 void write_map_files(const std::filesystem::path& folder, const OccupancyGrid& grid) {

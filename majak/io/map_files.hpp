@@ -8,6 +8,7 @@
 #include <string>
 
 #include "majak/io/png.hpp"
+#include "majak/map/known_map.hpp"
 #include "majak/map/occupancy_grid.hpp"
 
 namespace majak::io {
@@ -30,11 +31,14 @@ Image shaded_map(const map::OccupancyGrid& grid, const MapFrame& frame);
 /// The three values of the map_server convention: 0 occupied, 254 free, 205 unknown or undecided.
 Image trinary_map(const map::OccupancyGrid& grid, const MapFrame& frame);
 
+Image trinary_map(const map::KnownMap& known);
+
 /// Binary PGM (P5) of a grey picture.
 std::string pgm_text(const Image& image);
 
 /// map.yaml for an image of that name.
 std::string map_yaml(const MapFrame& frame, const std::string& image_name);
+std::string map_yaml(const map::KnownMap& known, const std::string& image_name);
 
 /// Writes map.png, map.pgm and map.yaml into the folder, each whole or not at all.
 void write_map_files(const std::filesystem::path& folder, const map::OccupancyGrid& grid);

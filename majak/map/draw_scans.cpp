@@ -8,6 +8,7 @@
 #include <span>
 
 #include "majak/core/error.hpp"
+#include "majak/map/drawable.hpp"
 #include "majak/map/occupancy_grid.hpp"
 #include "majak/map/ray.hpp"
 
@@ -17,7 +18,6 @@ namespace {
 
 constexpr int kTileSize = OccupancyGrid::kTileSize;
 constexpr std::int16_t kUnknown = OccupancyGrid::kUnknown;
-constexpr double kFarthestCell = 1e9;  // poses beyond this are no poses, and int holds it
 
 enum Mark : std::uint8_t { kNothing = 0, kFree = 1, kHit = 2 };
 
@@ -176,22 +176,13 @@ class ScanWindow {
   std::vector<std::uint8_t> marks_;  ///< blank between scans
 };
 
-bool drawable(const PosedScan& posed, const OccupancyGridOptions& options) {
-  const Pose2& pose = posed.estimate.T_map_robot;
-  const double reach = (kFarthestCell - 1) * options.resolution - options.max_range;
-  return posed.estimate.health != Health::lost && pose.finite() &&
-         posed.scan.T_robot_laser.finite() && std::isfinite(posed.scan.start_angle) &&
-         std::isfinite(posed.scan.angle_step) &&
-         (pose * posed.scan.T_robot_laser).translation().cwiseAbs().maxCoeff() < reach;
-}
-
 /// Scans that moved or turned far enough from the last chosen one of the same laser.
 std::vector<std::size_t> choose_scans(const Site& site, const OccupancyGridOptions& options) {
   std::vector<std::size_t> chosen;
   std::vector<std::pair<int, Pose2>> last;  // by laser
   for (std::size_t i = 0; i < site.scans.size(); ++i) {
     const PosedScan& posed = site.scans[i];
-    if (!drawable(posed, options)) continue;
+    if (!drawable(posed, options.resolution, options.max_range)) continue;
     const Pose2& pose = posed.estimate.T_map_robot;
     const auto same = std::find_if(last.begin(), last.end(),
                                    [&](const auto& l) { return l.first == posed.scan.laser; });

@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "majak/core/options.hpp"
 #include "majak/core/parallel.hpp"
 #include "majak/core/pose2.hpp"
 #include "majak/map/distance_transform.hpp"
@@ -45,6 +46,11 @@ struct InflationOptions {
   /// Unknown cells are obstacles, and so is all that lies outside the map; else neither is.
   bool unknown_blocks = false;
 };
+
+inline void describe(OptionFields& fields, InflationOptions& o) {
+  fields.add("inflation.unknown_blocks", o.unknown_blocks,
+             {"", "unknown cells are obstacles, and what lies outside the map"});
+}
 
 /// Cells blocked by `obstacles`; outside the grid there are none. Sizes that differ by less than
 /// 1e-9 of a cell, or of a disc's radius by 1e-12 of it, are the same. Throws Error when footprint,

@@ -5,12 +5,11 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <unordered_map>
-#include <vector>
 
 #include "majak/core/options.hpp"
 #include "majak/core/parallel.hpp"
 #include "majak/core/site.hpp"
+#include "majak/map/tiles.hpp"
 
 namespace majak::map {
 
@@ -41,17 +40,11 @@ inline void describe(OptionFields& fields, OccupancyGridOptions& o) {
       {"rad", "a scan turned less against the last drawn one is left out unless it moved", 0, 4});
 }
 
-/// Cells [x0, x0 + width) x [y0, y0 + height).
-struct CellBox {
-  int x0 = 0, y0 = 0, width = 0, height = 0;
-  bool operator==(const CellBox&) const = default;
-};
-
 /// Cell (ix, iy) covers [ix, ix + 1) x [iy, iy + 1) times the resolution, in the map frame.
 class OccupancyGrid {
  public:
-  static constexpr int kTileBits = 6;
-  static constexpr int kTileSize = 1 << kTileBits;  ///< cells along a tile's side
+  static constexpr int kTileBits = Tiles<std::int16_t>::kBits;
+  static constexpr int kTileSize = Tiles<std::int16_t>::kSize;  ///< cells along a tile's side
   static constexpr double kUnit = 1e-3;             ///< log-odds are stored as int16 in this unit
   static constexpr std::int16_t kUnknown = INT16_MIN;
 
@@ -59,14 +52,19 @@ class OccupancyGrid {
 
   double resolution() const { return resolution_; }
   /// Tight around all known cells; empty when there are none. Costs a walk over the tiles.
-  CellBox bounds() const;
+  CellBox bounds() const {
+    return tiles_.bounds([](std::int16_t v) { return v != kUnknown; });
+  }
   /// 0 where unknown.
-  float log_odds(int ix, int iy) const;
+  float log_odds(int ix, int iy) const {
+    const std::int16_t value = tiles_(ix, iy);
+    return value == kUnknown ? 0.0F : static_cast<float>(value * kUnit);
+  }
   /// Has any beam told of this cell?
-  bool known(int ix, int iy) const { return stored(ix, iy) != kUnknown; }
+  bool known(int ix, int iy) const { return tiles_(ix, iy) != kUnknown; }
   /// Area of all known cells, m^2.
   double known_area() const;
-  std::size_t bytes() const;
+  std::size_t bytes() const { return sizeof(*this) + tiles_.bytes(); }
   /// How many scans were drawn.
   std::size_t scans_drawn() const { return scans_drawn_; }
 
@@ -74,26 +72,21 @@ class OccupancyGrid {
   void set_log_odds(int ix, int iy, float log_odds);
 
   /// Stored values of the row of cells (x0 ... x0 + width - 1, iy), for walks over whole pictures.
-  void copy_row(int x0, int iy, int width, std::int16_t* out) const;
+  void copy_row(int x0, int iy, int width, std::int16_t* out) const {
+    tiles_.copy_row(x0, iy, width, out);
+  }
 
-  /// The kTileSize x kTileSize stored values of a tile, row by row from low y; cell (ix, iy) is in
-  /// tile (ix >> kTileBits, iy >> kTileBits). Made when missing; valid until the next one is made.
-  std::int16_t* tile(int tx, int ty);
+  /// Stored values of a tile, see Tiles.
+  std::int16_t* tile(int tx, int ty) { return tiles_.tile(tx, ty); }
   /// Null when missing.
-  const std::int16_t* find_tile(int tx, int ty) const;
+  const std::int16_t* find_tile(int tx, int ty) const { return tiles_.find_tile(tx, ty); }
 
  private:
   friend OccupancyGrid build_occupancy_grid(const Site&, const OccupancyGridOptions&, Threads);
-  struct Place {
-    int tx, ty;
-  };
-  std::int16_t stored(int ix, int iy) const;
 
   double resolution_;
   std::size_t scans_drawn_ = 0;
-  std::unordered_map<std::uint64_t, std::size_t> index_;  ///< tile -> its number
-  std::vector<Place> places_;                             ///< by number
-  std::vector<std::vector<std::int16_t>> tiles_;          ///< by number
+  Tiles<std::int16_t> tiles_{kUnknown};
 };
 
 /// Draws the scans of a site from their final poses. In one scan a cell changes once, and a beam

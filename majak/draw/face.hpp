@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// The faces of a Site: one way each to look at the same place. A new face is a builder in map/, a
+// function here that says it as a page, and a row in faces.cpp.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "majak/core/options.hpp"
+#include "majak/core/parallel.hpp"
+#include "majak/core/site.hpp"
+#include "majak/draw/figure.hpp"
+#include "majak/io/summary.hpp"
+#include "majak/map/inflation.hpp"
+#include "majak/map/occupancy_grid.hpp"
+#include "majak/map/segment_map.hpp"
+
+namespace majak::draw {
+
+struct FaceFile {
+  std::string name, bytes;
+};
+
+/// A face as people look at it.
+struct FacePage {
+  std::string lead;  ///< plain text: what is seen, and how sure it is
+  Figure figure;
+  std::vector<io::NamedFigure> figures;  ///< the name ends in its unit
+  std::size_t bytes = 0;                 ///< that the face itself takes in memory
+  std::vector<FaceFile> files;           ///< for programs
+};
+
+/// A robot as the planner's face has it.
+struct RobotSize {
+  double radius = 0.3;  ///< m
+};
+
+struct FaceOptions {
+  map::OccupancyGridOptions grid;
+  map::SegmentMapOptions segments;
+  RobotSize robot;
+  map::InflationOptions inflation;
+  Threads threads;
+};
+void describe(OptionFields& fields, FaceOptions& options);
+
+struct Face {
+  const char* name;
+  const char* shows;
+  /// Throws Error where the site cannot be looked at so, and says why.
+  FacePage (*make)(const Site& site, const FaceOptions& options);
+};
+
+std::span<const Face> faces();
+
+/// Throws Error that lists the names there are.
+const Face& face(std::string_view name);
+
+FacePage sensor_face(const Site& site, const FaceOptions& options);
+FacePage occupancy_face(const Site& site, const FaceOptions& options);
+FacePage inflated_face(const Site& site, const FaceOptions& options);
+FacePage segments_face(const Site& site, const FaceOptions& options);
+
+/// A page that went well, or why it did not.
+struct MadeFace {
+  const Face* face = nullptr;
+  FacePage page;
+  std::string error;   ///< empty: it went well
+  double seconds = 0;  ///< that it took
+};
+
+/// All of them in one file that needs nothing else. `name` of the place.
+std::string faces_html(const std::string& name, std::span<const MadeFace> made);
+
+}  // namespace majak::draw

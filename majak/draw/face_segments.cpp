@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Walls as straight pieces.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "majak/core/error.hpp"
+#include "majak/draw/face.hpp"
+#include "majak/draw/face_figure.hpp"
+#include "majak/draw/sketch.hpp"
+#include "majak/io/segment_files.hpp"
+
+namespace majak::draw {
+
+FacePage segments_face(const Site& site, const FaceOptions& o) {
+  const std::vector<map::Segment> walls = map::build_segments(site, o.segments).walls();
+  if (walls.empty())
+    throw Error("no straight piece is long enough; try --set segments.min_length=0.2");
+  double length = 0;
+  std::vector<Mark> marks;
+  std::vector<Point> ends;
+  std::vector<double> sigmas;
+  for (const map::Segment& wall : walls) {
+    marks.emplace_back(Polyline{{point(wall.a), point(wall.b)}, {ink::blue, 1.6}});
+    ends.push_back(point(wall.a)), ends.push_back(point(wall.b));
+    length += wall.length();
+    sigmas.push_back(std::sqrt(wall.covariance(0, 0)));
+  }
+  marks.emplace_back(Dots{ends, 1.8, ink::red});
+  std::nth_element(sigmas.begin(), sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2),
+                   sigmas.end());
+  FacePage page;
+  page.lead = "Each straight surface once, however often it was seen, with its covariance.";
+  page.bytes = walls.size() * 4 * sizeof(double);
+  page.figures = {{"segments", static_cast<double>(walls.size())},
+                  {"length_m", length},
+                  {"sigma_offset_median_m", sigmas[sigmas.size() / 2]}};
+  page.figure = map_sheet("Segments", std::move(marks));
+  page.files = {{"walls.dxf", io::segments_dxf(walls)},
+                {"walls.svg", io::segments_svg(walls)},
+                {"walls.geojson", io::segments_geojson(walls)},
+                {"walls.wkt", io::segments_wkt(walls)}};
+  return page;
+}
+
+}  // namespace majak::draw
