@@ -31,6 +31,7 @@ constexpr const char* kHelp =
     "  majak export hall svg -o plan.svg      for browsers and drawing programs\n"
     "  majak export hall geojson              for GIS; also wkt\n"
     "  majak export hall dxf --set segments.min_length=0.2     shorter pieces, too\n"
+    "  majak export map.yaml dxf              the walls of a map that others made of cells\n"
     "\n"
     "Metres of the map's frame. A piece keeps the way from its begin to its end: it was seen from "
     "its\n"
@@ -45,6 +46,7 @@ constexpr ExportFormat kFormats[] = {
 
 struct ExportCommand {
   std::string run, format, output;
+  double resolution = 0;
   std::vector<std::string> set;
   draw::FaceOptions options;
 };
@@ -59,9 +61,15 @@ const ExportFormat& format_called(const std::string& name) {
   throw Error(fmt::format("export: no format {}; there are {}", name, names));
 }
 
-draw::FacePage page_of(const ExportCommand& o, const Site& site, const char* face) {
+draw::FacePage page_of(const ExportCommand& o, const ExportFormat& format) {
+  const auto input = io::read_map(o.run, o.resolution);
+  const std::string face = format.face;
+  if (!input.site && face != "segments")
+    throw Error(fmt::format("{}: a map of cells has no {}; that takes the run it was made from",
+                            o.run, face));
   try {
-    return draw::face(face).make(site, o.options);
+    return input.site ? draw::face(face).make(*input.site, o.options)
+                      : draw::contours_page(*input.known, input.T_world_map);
   } catch (const Error& e) {
     throw Error(fmt::format("{}: {}", o.run, e.what()));
   }
@@ -72,12 +80,9 @@ void run_export(ExportCommand& o) {
   OptionFields fields;
   describe(fields, o.options);
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
-  const auto input = io::read_map(o.run);
-  if (!input.site)
-    throw Error(o.run + ": no run; export needs the folder that majak map left, or its site.majak");
   const std::string ending = "." + o.format;
   if (o.output.empty()) o.output = results_folder(o.run, ending.c_str());
-  const draw::FacePage page = page_of(o, *input.site, format.face);
+  const draw::FacePage page = page_of(o, format);
   for (const draw::FaceFile& file : page.files)
     if (file.name.ends_with(ending)) io::write_file_atomically(o.output, file.bytes);
   fmt::print("{}:", o.output);
@@ -90,10 +95,14 @@ void run_export(ExportCommand& o) {
 void add_export(CLI::App& app) {
   auto o = std::make_shared<ExportCommand>();
   CLI::App* command = app.add_subcommand("export", kHelp);
-  command->add_option("RUN", o->run, "folder of a run, or its site.majak")->required();
+  command
+      ->add_option("RUN", o->run,
+                   "folder of a run, its site.majak; or a map of others: a YAML, a picture")
+      ->required();
   command->add_option("FORMAT", o->format, "svg, dxf, geojson or wkt")->required();
   command->add_option("-o,--output", o->output,
                       "the file (default: the run's name and the format)");
+  command->add_option("--map-resolution", o->resolution, "m a pixel, of a picture without a YAML");
   command->add_option("--set", o->set, "one option: name=value");
   command->callback([o] { run_export(*o); });
 }

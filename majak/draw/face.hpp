@@ -14,6 +14,7 @@
 #include "majak/core/site.hpp"
 #include "majak/draw/figure.hpp"
 #include "majak/io/summary.hpp"
+#include "majak/map/contours.hpp"
 #include "majak/map/inflation.hpp"
 #include "majak/map/occupancy_grid.hpp"
 #include "majak/map/segment_map.hpp"
@@ -64,12 +65,17 @@ FacePage occupancy_face(const Site& site, const FaceOptions& options);
 FacePage inflated_face(const Site& site, const FaceOptions& options);
 FacePage segments_face(const Site& site, const FaceOptions& options);
 
+/// The same page of any walls, and of the walls of a map of cells (m of T_world_map's world), with
+/// what the conversion lost and made up. Throws Error when there is none.
+FacePage segments_page(const std::vector<map::Segment>& walls);
+FacePage contours_page(const map::KnownMap& map, const Pose2& T_world_map);
+
 /// A page that went well, or why it did not.
 struct MadeFace {
   const Face* face = nullptr;
-  FacePage page;
-  std::string error;   ///< empty: it went well
-  double seconds = 0;  ///< that it took
+  FacePage page{};
+  std::string error{};  ///< empty: it went well
+  double seconds = 0;   ///< that it took
 };
 
 /// All of them in one file that needs nothing else. `name` of the place.

@@ -12,8 +12,7 @@
 
 namespace majak::draw {
 
-FacePage segments_face(const Site& site, const FaceOptions& o) {
-  const std::vector<map::Segment> walls = map::build_segments(site, o.segments).walls();
+FacePage segments_page(const std::vector<map::Segment>& walls) {
   if (walls.empty())
     throw Error("no straight piece is long enough; try --set segments.min_length=0.2");
   double length = 0;
@@ -40,6 +39,20 @@ FacePage segments_face(const Site& site, const FaceOptions& o) {
                 {"walls.svg", io::segments_svg(walls)},
                 {"walls.geojson", io::segments_geojson(walls)},
                 {"walls.wkt", io::segments_wkt(walls)}};
+  return page;
+}
+
+FacePage segments_face(const Site& site, const FaceOptions& o) {
+  return segments_page(map::build_segments(site, o.segments).walls());
+}
+
+FacePage contours_page(const map::KnownMap& map, const Pose2& T_world_map) {
+  std::vector<map::Segment> walls = map::contour_segments(map);
+  const map::ConversionError error = map::conversion_error(map, walls);
+  for (map::Segment& wall : walls) wall = map::moved(T_world_map, wall);
+  FacePage page = segments_page(walls);
+  page.figures.emplace_back("cells_missed_percent", 100 * error.missed);
+  page.figures.emplace_back("cells_added_percent", 100 * error.added);
   return page;
 }
 

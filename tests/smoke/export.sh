@@ -18,6 +18,11 @@ ok "$majak" export hall wkt --set segments.min_length=2 -o long.wkt
 
 refused "$majak" export no_such dxf
 refused "$majak" export hall docx
-refused "$majak" export hall/map.yaml dxf
+ok "$majak" export hall/map.yaml dxf -o cells.dxf
+grep -q "cells_missed_percent [0-9.]* cells_added_percent [0-9.]*$" out || fail "$(cat out)"
+[ "$(grep -c '^LINE' cells.dxf)" -gt 50 ] || fail "few walls of cells: $(grep -c '^LINE' cells.dxf)"
+cp hall/map.png bare.png
+refused "$majak" export bare.png dxf
+ok "$majak" export bare.png dxf --map-resolution 0.05
 refused "$majak" export hall dxf --set segments.min_length=99
 refused "$majak" export hall dxf --set segments.colour=3
