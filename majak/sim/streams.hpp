@@ -19,5 +19,7 @@ inline constexpr std::uint64_t kFix = 9ULL << 40;          // index: fix
 inline constexpr std::uint64_t kFixJump = 10ULL << 40;
 inline constexpr std::uint64_t kFelled = 11ULL << 40;   // index: disc
 inline constexpr std::uint64_t kVehicle = 12ULL << 40;  // index: vehicle
+inline constexpr std::uint64_t kFurnishing = 13ULL << 40;  // + visit, index: attempt
+inline constexpr std::uint64_t kDoorRun = 14ULL << 40;     // index: door
 
 }  // namespace majak::sim
