@@ -13,9 +13,9 @@
 namespace majak::bench {
 
 struct VisitErrors {
-  double offset = 0.015;         ///< m, each axis, one sigma; the same all through a visit
-  double turn = radians(0.2);    ///< rad
-  double scan_offset = 0.005;    ///< m, from scan to scan
+  double offset = 0.015;       ///< m, each axis, one sigma; the same all through a visit
+  double turn = radians(0.2);  ///< rad
+  double scan_offset = 0.005;  ///< m, from scan to scan
   double scan_turn = radians(0.1);
 };
 

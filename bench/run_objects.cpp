@@ -69,10 +69,11 @@ std::vector<std::size_t> names(const map::ObjectMap& found,
   }
   std::vector<std::size_t> name;
   for (const auto& v : votes)
-    name.push_back(v.empty() ? sim::kMovables
-                             : std::max_element(v.begin(), v.end(), [](const auto& a, const auto& b) {
-                                 return a.second < b.second;
-                               })->first);
+    name.push_back(v.empty()
+                       ? sim::kMovables
+                       : std::max_element(v.begin(), v.end(), [](const auto& a, const auto& b) {
+                           return a.second < b.second;
+                         })->first);
   return name;
 }
 
@@ -120,8 +121,8 @@ Outcome run(const Case& c, std::uint64_t seed) {
     o.recognized = o.off < kAtItsPlace;
   }
   if (c.verbose) {
-    fmt::print("seed {}: {} objects, {} pieces, {} named, {} wrong, {} {} ({:.2f} m) {:.2f} s\n", seed,
-               o.objects, o.pieces, o.named, o.wrong, sim::movable_name(movable),
+    fmt::print("seed {}: {} objects, {} pieces, {} named, {} wrong, {} {} ({:.2f} m) {:.2f} s\n",
+               seed, o.objects, o.pieces, o.named, o.wrong, sim::movable_name(movable),
                o.recognized ? "recognized" : "missed", o.off, o.seconds);
     for (std::size_t k = 0; k < found.pieces.size(); ++k) {
       const map::Piece& p = found.pieces[k];
@@ -166,11 +167,12 @@ void print(const Case& c) {
   fmt::print("objects found:");
   for (const auto& [count, times] : counts) fmt::print("  {} in {}", count, times);
   fmt::print(" of {} seeds\n", c.seeds);
-  fmt::print("pieces: {}, named {:.1f} %, of these wrong {:.1f} %\n", pieces,
-             100.0 * static_cast<double>(named) / static_cast<double>(pieces),
-             100.0 * static_cast<double>(wrong) / static_cast<double>(std::max<std::size_t>(named, 1)));
-  fmt::print("the moved thing: recognized in {} of {} (in view in {}), off {:.3f} m rms\n", recognized,
-             c.seeds, in_view, std::sqrt(square / std::max(1, recognized)));
+  fmt::print(
+      "pieces: {}, named {:.1f} %, of these wrong {:.1f} %\n", pieces,
+      100.0 * static_cast<double>(named) / static_cast<double>(pieces),
+      100.0 * static_cast<double>(wrong) / static_cast<double>(std::max<std::size_t>(named, 1)));
+  fmt::print("the moved thing: recognized in {} of {} (in view in {}), off {:.3f} m rms\n",
+             recognized, c.seeds, in_view, std::sqrt(square / std::max(1, recognized)));
   fmt::print("CPU time of finding: {:.2f} s\n", seconds);
 }
 
@@ -193,7 +195,8 @@ int main(int argc, char** argv) {
         c.absent = value();
       } else if (arg == "--worse") {
         const double worse = value();
-        for (double* e : {&c.errors.offset, &c.errors.turn, &c.errors.scan_offset, &c.errors.scan_turn})
+        for (double* e :
+             {&c.errors.offset, &c.errors.turn, &c.errors.scan_offset, &c.errors.scan_turn})
           *e *= worse;
       } else if (arg == "--verbose") {
         c.verbose = true;

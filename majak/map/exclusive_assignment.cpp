@@ -40,8 +40,7 @@ double scale_to_one(Row& row) {
 
 }  // namespace
 
-AssignmentBelief exclusive_assignment(const std::vector<Row>& log_likelihood,
-                                      const Row& log_none) {
+AssignmentBelief exclusive_assignment(const std::vector<Row>& log_likelihood, const Row& log_none) {
   const std::size_t pieces = log_likelihood.size();
   const std::size_t objects = pieces == 0 ? 0 : log_likelihood.front().size();
   assert(objects <= 20 && log_none.size() == pieces);
@@ -65,8 +64,7 @@ AssignmentBelief exclusive_assignment(const std::vector<Row>& log_likelihood,
     for (std::size_t s = 0; s < sets; ++s) {
       after[k][s] = r.none[k] * after[k + 1][s];
       for (std::size_t n = 0; n < objects; ++n)
-        if (!(s >> n & 1))
-          after[k][s] += r.object[k][n] * after[k + 1][s | std::size_t{1} << n];
+        if (!(s >> n & 1)) after[k][s] += r.object[k][n] * after[k + 1][s | std::size_t{1} << n];
     }
     scale_to_one(after[k]);
   }
@@ -76,8 +74,7 @@ AssignmentBelief exclusive_assignment(const std::vector<Row>& log_likelihood,
       sum += before[k][s] * r.none[k] * after[k + 1][s];
       for (std::size_t n = 0; n < objects; ++n) {
         if (s >> n & 1) continue;
-        const double ways =
-            before[k][s] * r.object[k][n] * after[k + 1][s | std::size_t{1} << n];
+        const double ways = before[k][s] * r.object[k][n] * after[k + 1][s | std::size_t{1} << n];
         belief.chance[k][n] += ways;
         sum += ways;
       }

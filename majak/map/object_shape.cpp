@@ -14,7 +14,7 @@ constexpr double kSearchStep = 0.1;   // m
 constexpr double kSearchReach = 0.6;  // m, around where the middles meet
 constexpr double kSearchTurn = radians(10);
 constexpr std::size_t kRefined = 6;  // starts of the search that are followed uphill
-constexpr double kFirstStep = 0.05;   // m
+constexpr double kFirstStep = 0.05;  // m
 constexpr double kFirstTurn = radians(5);
 constexpr int kHalvings = 4;
 
@@ -93,8 +93,8 @@ void ObjectShape::add(const Sighting& sighting, std::vector<double>& hits,
       const double hit = std::min(1.0F, here[i]);
       const bool free =
           hit == 0 &&
-          sighting.seen.clear->at(sighting.T_map_object *
-                                  Vec2(x * resolution_, y * resolution_)) == CellState::free;
+          sighting.seen.clear->at(sighting.T_map_object * Vec2(x * resolution_, y * resolution_)) ==
+              CellState::free;
       hits[i] += sighting.weight * hit;
       seen[i] += sighting.weight * (free ? 1.0 : hit);
     }
@@ -132,12 +132,6 @@ double ObjectShape::log_chance(const Vec2& p) const {
          fy * ((1 - fx) * log_chance_[up] + fx * log_chance_[up + 1]);
 }
 
-double ObjectShape::best_log_chance(const Vec2& p) const {
-  const int x = static_cast<int>(std::lround(p.x() / resolution_)),
-            y = static_cast<int>(std::lround(p.y() / resolution_));
-  return inside(x, y) ? static_cast<double>(best_log_chance_[index(x, y)]) : outside_;
-}
-
 double log_likelihood(const ObjectShape& shape, const SeenPiece& seen, const Pose2& T_map_object,
                       const ShapeOptions& options) {
   const double c = std::cos(T_map_object.theta), s = std::sin(T_map_object.theta);
@@ -156,7 +150,8 @@ double log_likelihood(const ObjectShape& shape, const SeenPiece& seen, const Pos
 
 ShapeFit refined_fit(const ObjectShape& shape, const SeenPiece& seen, const Pose2& start,
                      const ShapeOptions& options) {
-  constexpr int kMoves[6][3] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  constexpr int kMoves[6][3] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
+                                {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
   const Vec2 about = middle_of(seen.piece->points);
   ShapeFit best{start, log_likelihood(shape, seen, start, options)};
   double step = kFirstStep, turn = kFirstTurn;
@@ -164,7 +159,8 @@ ShapeFit refined_fit(const ObjectShape& shape, const SeenPiece& seen, const Pose
     for (bool better = true; better;) {
       better = false;
       for (const auto& m : kMoves) {
-        const Pose2 T = moved(best.T_map_object, about, Vec2(m[0] * step, m[1] * step), m[2] * turn);
+        const Pose2 T =
+            moved(best.T_map_object, about, Vec2(m[0] * step, m[1] * step), m[2] * turn);
         const double l = log_likelihood(shape, seen, T, options);
         if (l <= best.log_likelihood + 1e-9) continue;
         best = {T, l};
@@ -196,12 +192,13 @@ ShapeFit best_fit(const ObjectShape& shape, const SeenPiece& seen, const ShapeOp
     for (int iy = -reach; iy <= reach; ++iy)
       for (int ix = -reach; ix <= reach; ++ix) {
         const Vec2 at = shape.middle() + kSearchStep * Vec2(ix, iy);
-        double sum = 0;
-        for (const Vec2& p : turned) sum += shape.best_log_chance(p + at);
+        double sum = 0;  // only falls
+        for (std::size_t i = 0; i < turned.size() && sum > best; ++i)
+          sum += shape.best_log_chance(turned[i] + at);
         if (sum > best) best = sum, best_at = at;
       }
-    const Vec2 origin = about - Vec2(c * best_at.x() - s * best_at.y(),
-                                     s * best_at.x() + c * best_at.y());
+    const Vec2 origin =
+        about - Vec2(c * best_at.x() - s * best_at.y(), s * best_at.x() + c * best_at.y());
     starts.push_back({{origin.x(), origin.y(), theta}, best});
   }
   std::stable_sort(starts.begin(), starts.end(), [](const ShapeFit& a, const ShapeFit& b) {

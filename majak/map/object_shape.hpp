@@ -13,10 +13,10 @@
 namespace majak::map {
 
 struct ShapeOptions {
-  double reach = 1.8;         ///< m, the grid's half side
-  double unseen = 0.12;       ///< chance that a cell that was never seen is occupied
-  double unseen_weight = 0.3; ///< sightings that this is worth
-  double point_weight = 0.3;  ///< what one cell of a piece counts, of an independent reading
+  double reach = 1.8;          ///< m, the grid's half side
+  double unseen = 0.12;        ///< chance that a cell that was never seen is occupied
+  double unseen_weight = 0.3;  ///< sightings that this is worth
+  double point_weight = 0.3;   ///< what one cell of a piece counts, of an independent reading
 };
 void describe(OptionFields& fields, ShapeOptions& options);
 
@@ -33,8 +33,8 @@ struct SeenPiece {
 class ObjectShape {
  public:
   struct Surface {
-    Vec2 at;           ///< m, object frame
-    double log_free;   ///< log of the chance that it is free
+    Vec2 at;          ///< m, object frame
+    double log_free;  ///< log of the chance that it is free
   };
   struct Sighting {
     SeenPiece seen;
@@ -53,7 +53,12 @@ class ObjectShape {
   /// Log of the chance at a point of the object frame, between four cells' middles.
   double log_chance(const Vec2& p) const;
   /// The same, the best within a cell, without interpolation: for the search.
-  double best_log_chance(const Vec2& p) const;
+  double best_log_chance(const Vec2& p) const {
+    constexpr double kUp = 1 << 20;  // so that truncation rounds to the nearest
+    const int x = static_cast<int>(p.x() / resolution_ + (kUp + 0.5)) - (1 << 20),
+              y = static_cast<int>(p.y() / resolution_ + (kUp + 0.5)) - (1 << 20);
+    return inside(x, y) ? static_cast<double>(best_log_chance_[index(x, y)]) : outside_;
+  }
   /// Cells that are more likely occupied than not seen at all.
   const std::vector<Surface>& surface() const { return surface_; }
   /// The surface's middle.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "majak/core/error.hpp"
@@ -27,136 +28,213 @@ void check(ObjectOptions options) {
   }
 }
 
-/// What is believed for a number of objects.
+/// What is believed: which pieces there are, how the objects look, which shows which.
 struct Belief {
+  std::vector<Piece> pieces;  ///< in the order of snapshots
   std::vector<ObjectShape> shapes;
   std::vector<std::vector<ShapeFit>> fits;  ///< [object][piece]
   std::vector<std::vector<double>> chance;  ///< [piece][object]
   double score = 0;
 };
 
+template <class T>
+void erase_at(std::vector<T>& list, std::size_t i) {
+  list.erase(list.begin() + static_cast<std::ptrdiff_t>(i));
+}
+
+void remove_object(Belief& b, std::size_t n) {
+  erase_at(b.shapes, n);
+  erase_at(b.fits, n);
+}
+
+double gap_between(const Piece& a, const Piece& b) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Vec2& p : a.points)
+    for (const Vec2& q : b.points) nearest = std::min(nearest, (p - q).squaredNorm());
+  return std::sqrt(nearest);
+}
+
+/// The search for the belief of the greatest score: EM for given objects, and moves that join
+/// pieces, add an object or take one away.
 class Search {
  public:
-  Search(std::vector<Piece> pieces, std::span<const KnownMap> snapshots,
-         const ObjectOptions& options, Threads threads)
-      : pieces_(std::move(pieces)), options_(options), threads_(threads) {
+  Search(std::span<const KnownMap> snapshots, const ObjectOptions& options, Threads threads)
+      : options_(options), threads_(threads) {
     for (const KnownMap& snapshot : snapshots) clear_.push_back(clear_floor(snapshot));
-    for (const Piece& piece : pieces_) {
-      seen_.push_back({&piece, &clear_[piece.snapshot]});
-      none_.push_back(options.shape.point_weight * static_cast<double>(piece.points.size()) *
-                      std::log(options.none));
-    }
   }
 
-  const std::vector<Piece>& pieces() const { return pieces_; }
-
-  /// Starts from the fullest snapshot, then adds and takes away.
-  Belief run() {
-    Belief best = settled(first());
-    while (grow(best) || shrink(best)) {
+  /// Starts from the fullest snapshot. Shapes of one piece mislead about places; once they are
+  /// whole the places are searched anew.
+  Belief run(std::vector<Piece> pieces) const {
+    Belief best = settled(first(std::move(pieces)));
+    search_anew(best);
+    best = settled(std::move(best));
+    while (join(best) || grow(best) || shrink(best)) {
     }
-    return best;
+    search_anew(best);
+    return settled(std::move(best));
   }
 
-  /// How sure each piece is to be which of these objects.
-  Belief named(std::vector<ObjectShape> shapes) const {
+  /// Which of these objects the pieces are.
+  Belief named(std::vector<Piece> pieces, const std::vector<ObjectShape>& shapes) const {
     Belief b;
-    for (ObjectShape& shape : shapes) append(b, std::move(shape));
+    b.pieces = std::move(pieces);
+    for (const ObjectShape& shape : shapes) append(b, shape);
     expect(b);
+    while (join(b, true)) {
+    }
     return b;
   }
 
  private:
-  ObjectShape shape_of_piece(std::size_t k) const {
-    Vec2 middle = Vec2::Zero();
-    for (const Vec2& p : pieces_[k].points) middle += p;
-    middle /= static_cast<double>(pieces_[k].points.size());
-    const ObjectShape::Sighting alone{seen_[k], {middle.x(), middle.y(), 0}, 1};
-    return {std::span(&alone, 1), seen_[k].clear->resolution, options_.shape};
-  }
+  SeenPiece seen(const Piece& piece) const { return {&piece, &clear_[piece.snapshot]}; }
 
-  Belief first() const {
-    std::vector<std::size_t> count;
-    for (const Piece& p : pieces_) {
-      count.resize(std::max(count.size(), p.snapshot + 1));
-      ++count[p.snapshot];
-    }
-    Belief b;
-    const auto fullest = static_cast<std::size_t>(
-        std::max_element(count.begin(), count.end()) - count.begin());
-    for (std::size_t k = 0; k < pieces_.size(); ++k)
-      if (pieces_[k].snapshot == fullest && b.shapes.size() < most())
-        append(b, shape_of_piece(k));
-    expect(b);
-    return b;
+  double none(const Piece& piece) const {
+    return options_.shape.point_weight * static_cast<double>(piece.points.size()) *
+           std::log(options_.none);
   }
 
   std::size_t most() const { return static_cast<std::size_t>(options_.most_objects); }
 
+  ObjectShape shape_of(const Piece& piece) const {
+    Vec2 middle = Vec2::Zero();
+    for (const Vec2& p : piece.points) middle += p;
+    middle /= static_cast<double>(piece.points.size());
+    const ObjectShape::Sighting alone{seen(piece), {middle.x(), middle.y(), 0}, 1};
+    return {std::span(&alone, 1), alone.seen.clear->resolution, options_.shape};
+  }
+
+  Belief first(std::vector<Piece> pieces) const {
+    std::vector<std::size_t> count(clear_.size());
+    for (const Piece& p : pieces) ++count[p.snapshot];
+    const auto fullest =
+        static_cast<std::size_t>(std::max_element(count.begin(), count.end()) - count.begin());
+    Belief b;
+    b.pieces = std::move(pieces);
+    for (const Piece& p : b.pieces)
+      if (p.snapshot == fullest && b.shapes.size() < most()) append(b, shape_of(p));
+    expect(b);
+    return b;
+  }
+
   void append(Belief& b, ObjectShape shape) const {
     b.shapes.push_back(std::move(shape));
-    b.fits.emplace_back(pieces_.size());
+    b.fits.emplace_back(b.pieces.size());
     auto& fits = b.fits.back();
-    parallel_for(threads_, pieces_.size(), [&](std::size_t k) {
-      fits[k] = best_fit(b.shapes.back(), seen_[k], options_.shape);
+    parallel_for(threads_, b.pieces.size(), [&](std::size_t k) {
+      fits[k] = best_fit(b.shapes.back(), seen(b.pieces[k]), options_.shape);
     });
   }
 
-  /// E step: (MATH 21.4), snapshot by snapshot.
+  /// E step (MATH 21.5), snapshot by snapshot.
   void expect(Belief& b) const {
-    b.chance.assign(pieces_.size(), {});
+    b.chance.assign(b.pieces.size(), {});
     b.score = -options_.cost * static_cast<double>(b.shapes.size());
-    for (std::size_t first = 0, last = 0; first < pieces_.size(); first = last) {
-      while (last < pieces_.size() && pieces_[last].snapshot == pieces_[first].snapshot) ++last;
+    for (std::size_t first = 0, last = 0; first < b.pieces.size(); first = last) {
       std::vector<std::vector<double>> likelihood;
-      for (std::size_t k = first; k < last; ++k) {
+      std::vector<double> log_none;
+      for (; last < b.pieces.size() && b.pieces[last].snapshot == b.pieces[first].snapshot;
+           ++last) {
+        log_none.push_back(none(b.pieces[last]));
         likelihood.emplace_back();
-        for (const auto& fits : b.fits) likelihood.back().push_back(fits[k].log_likelihood);
+        for (const auto& fits : b.fits) likelihood.back().push_back(fits[last].log_likelihood);
       }
-      const auto belief = exclusive_assignment(
-          likelihood, {none_.begin() + static_cast<std::ptrdiff_t>(first),
-                       none_.begin() + static_cast<std::ptrdiff_t>(last)});
+      const auto belief = exclusive_assignment(likelihood, log_none);
       b.score += belief.log_sum;
       for (std::size_t k = first; k < last; ++k) b.chance[k] = belief.chance[k - first];
     }
   }
 
-  /// M step: shapes from their sightings; then each piece looks for its place again.
+  /// M step (MATH 21.2): shapes from their sightings; then each piece looks for its place again.
   void reshape(Belief& b) const {
     for (std::size_t n = 0; n < b.shapes.size(); ++n) {
       std::vector<ObjectShape::Sighting> sightings;
-      for (std::size_t k = 0; k < pieces_.size(); ++k)
+      for (std::size_t k = 0; k < b.pieces.size(); ++k)
         if (b.chance[k][n] > kLeastWeight)
-          sightings.push_back({seen_[k], b.fits[n][k].T_map_object, b.chance[k][n]});
+          sightings.push_back({seen(b.pieces[k]), b.fits[n][k].T_map_object, b.chance[k][n]});
       b.shapes[n] = {sightings, b.shapes[n].resolution(), options_.shape};
     }
-    const std::size_t all = b.shapes.size() * pieces_.size();
-    parallel_for(threads_, all, [&](std::size_t i) {
-      const std::size_t n = i / pieces_.size(), k = i % pieces_.size();
-      b.fits[n][k] =
-          refined_fit(b.shapes[n], seen_[k], b.fits[n][k].T_map_object, options_.shape);
+    const std::size_t pieces = b.pieces.size();
+    parallel_for(threads_, b.shapes.size() * pieces, [&](std::size_t i) {
+      ShapeFit& fit = b.fits[i / pieces][i % pieces];
+      fit = refined_fit(b.shapes[i / pieces], seen(b.pieces[i % pieces]), fit.T_map_object,
+                        options_.shape);
     });
   }
 
   void search_anew(Belief& b) const {
-    std::vector<ObjectShape> shapes = std::move(b.shapes);
-    b = {};
-    for (ObjectShape& shape : shapes) append(b, std::move(shape));
+    const std::vector<ObjectShape> shapes = std::move(b.shapes);
+    b.shapes.clear();
+    b.fits.clear();
+    for (const ObjectShape& shape : shapes) append(b, shape);
     expect(b);
   }
 
-  /// EM until nothing changes; once the shapes are whole the places are searched anew.
+  /// EM until nothing changes.
   Belief settled(Belief b) const {
-    for (const bool again : {true, false}) {
-      double before = b.score - 1;
-      for (int i = 0; i < options_.iterations && std::abs(b.score - before) > kConverged; ++i) {
-        before = b.score;
-        reshape(b);
-        expect(b);
-      }
-      if (again) search_anew(b);
+    double before = b.score - 1;
+    for (int i = 0; i < options_.iterations && std::abs(b.score - before) > kConverged; ++i) {
+      before = b.score;
+      reshape(b);
+      expect(b);
     }
     return b;
+  }
+
+  /// The object that the piece most likely is; the number of objects when none is likely.
+  static std::size_t likely(const Belief& b, std::size_t k) {
+    for (std::size_t n = 0; n < b.shapes.size(); ++n)
+      if (b.chance[k][n] > kLikely) return n;
+    return b.shapes.size();
+  }
+
+  double explained(const Belief& b, std::size_t k) const {
+    const std::size_t n = likely(b, k);
+    return n < b.shapes.size() ? b.fits[n][k].log_likelihood : none(b.pieces[k]);
+  }
+
+  static bool seen_elsewhere(const Belief& b, std::size_t n, std::size_t i, std::size_t j) {
+    for (std::size_t k = 0; k < b.pieces.size(); ++k)
+      if (k != i && k != j && b.chance[k][n] > kLikely) return true;
+    return false;
+  }
+
+  /// Two pieces of a snapshot that together are one object, which something before it has cut.
+  bool join(Belief& best, bool shapes_stay = false) const {
+    for (std::size_t i = 0; i < best.pieces.size(); ++i)
+      for (std::size_t j = i + 1;
+           j < best.pieces.size() && best.pieces[j].snapshot == best.pieces[i].snapshot; ++j)
+        if (gap_between(best.pieces[i], best.pieces[j]) < options_.join &&
+            join_two(best, i, j, shapes_stay))
+          return true;
+    return false;
+  }
+
+  bool join_two(Belief& best, std::size_t i, std::size_t j, bool shapes_stay) const {
+    Belief joined = best;
+    std::vector<Vec2>& points = joined.pieces[i].points;
+    points.insert(points.end(), best.pieces[j].points.begin(), best.pieces[j].points.end());
+    erase_at(joined.pieces, j);
+    double whole = -std::numeric_limits<double>::infinity();
+    for (std::size_t n = 0; n < joined.shapes.size(); ++n) {
+      erase_at(joined.fits[n], j);
+      joined.fits[n][i] = best_fit(joined.shapes[n], seen(joined.pieces[i]), options_.shape);
+      whole = std::max(whole, joined.fits[n][i].log_likelihood);
+    }
+    // An object that only the parts have shown goes with them.
+    double spared = 0;
+    for (std::size_t n = joined.shapes.size(); !shapes_stay && n-- > 0;) {
+      if ((likely(best, i) != n && likely(best, j) != n) || seen_elsewhere(best, n, i, j)) continue;
+      if (joined.fits[n][i].log_likelihood == whole) continue;
+      remove_object(joined, n);
+      spared += options_.cost;
+    }
+    if (whole + spared <= explained(best, i) + explained(best, j)) return false;
+    expect(joined);
+    if (!shapes_stay) joined = settled(std::move(joined));
+    if (joined.score <= best.score + kConverged) return false;
+    best = std::move(joined);
+    return true;
   }
 
   /// One more object, from the pieces that are explained worst.
@@ -164,16 +242,11 @@ class Search {
     constexpr std::size_t kTried = 3;
     if (best.shapes.size() >= most()) return false;
     std::vector<std::pair<double, std::size_t>> worst;
-    for (std::size_t k = 0; k < pieces_.size(); ++k) {
-      double l = none_[k];
-      for (std::size_t n = 0; n < best.shapes.size(); ++n)
-        if (best.chance[k][n] > kLikely) l = best.fits[n][k].log_likelihood;
-      worst.emplace_back(l, k);
-    }
+    for (std::size_t k = 0; k < best.pieces.size(); ++k) worst.emplace_back(explained(best, k), k);
     std::stable_sort(worst.begin(), worst.end());
     for (std::size_t i = 0; i < std::min(kTried, worst.size()); ++i) {
       Belief more = best;
-      append(more, shape_of_piece(worst[i].second));
+      append(more, shape_of(best.pieces[worst[i].second]));
       expect(more);
       more = settled(std::move(more));
       if (more.score <= best.score + kConverged) continue;
@@ -186,8 +259,7 @@ class Search {
   bool shrink(Belief& best) const {
     for (std::size_t n = 0; n < best.shapes.size(); ++n) {
       Belief less = best;
-      less.shapes.erase(less.shapes.begin() + static_cast<std::ptrdiff_t>(n));
-      less.fits.erase(less.fits.begin() + static_cast<std::ptrdiff_t>(n));
+      remove_object(less, n);
       expect(less);
       less = settled(std::move(less));
       if (less.score <= best.score + kConverged) continue;
@@ -197,10 +269,7 @@ class Search {
     return false;
   }
 
-  std::vector<Piece> pieces_;
   std::vector<KnownMap> clear_;  ///< by snapshot
-  std::vector<SeenPiece> seen_;
-  std::vector<double> none_;
   ObjectOptions options_;
   Threads threads_;
 };
@@ -236,6 +305,7 @@ void describe(OptionFields& fields, ObjectOptions& o) {
   describe(fields, o.shape);
   fields.add("objects.cost", o.cost, {"nat", "that an object must explain to be one", 0, 1e6});
   fields.add("objects.none", o.none, {"1", "chance of a cell of no object", 1e-6, 1});
+  fields.add("objects.join", o.join, {"m", "parts of one object may be so far apart", 0, 10});
   fields.add("objects.most_objects", o.most_objects, {"1", "objects at most", 1, 16});
   fields.add("objects.iterations", o.iterations, {"1", "of EM, at most", 1, 1000});
 }
@@ -248,9 +318,9 @@ ObjectMap find_objects(std::span<const KnownMap> snapshots, const ObjectOptions&
     for (Piece& piece : pieces_of(map.still, snapshots[t], t, options.pieces))
       map.pieces.push_back(std::move(piece));
   if (map.pieces.empty()) return map;
-  Search search(map.pieces, snapshots, options, threads);
-  Belief best = search.run();
+  Belief best = Search(snapshots, options, threads).run(std::move(map.pieces));
   map.sightings = sightings_of(best);
+  map.pieces = std::move(best.pieces);
   map.objects = std::move(best.shapes);
   map.score = best.score;
   most_seen_first(map);
@@ -260,9 +330,10 @@ ObjectMap find_objects(std::span<const KnownMap> snapshots, const ObjectOptions&
 Recognition recognize(const ObjectMap& objects, const KnownMap& snapshot,
                       const ObjectOptions& options, Threads threads) {
   check(options);
-  Recognition r{pieces_of(objects.still, snapshot, 0, options.pieces), {}};
-  const Search search(r.pieces, std::span(&snapshot, 1), options, threads);
-  r.sightings = sightings_of(search.named(objects.objects));
+  const Search search(std::span(&snapshot, 1), options, threads);
+  Belief b = search.named(pieces_of(objects.still, snapshot, 0, options.pieces), objects.objects);
+  Recognition r{{}, sightings_of(b)};
+  r.pieces = std::move(b.pieces);
   return r;
 }
 

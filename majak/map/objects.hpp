@@ -18,10 +18,11 @@ namespace majak::map {
 struct ObjectOptions {
   PieceOptions pieces;
   ShapeOptions shape;
-  double cost = 12;          ///< nats that an object must explain to be one
-  double none = 0.1;         ///< chance of a cell of what is none of the objects
-  int most_objects = 12;     ///< 1 ... 16
-  int iterations = 12;       ///< of EM, at most, for each number of objects
+  double cost = 12;   ///< nats that an object must explain to be one
+  double none = 0.1;  ///< chance of a cell of what is none of the objects
+  double join = 1.0;  ///< m, parts of an object may be so far apart, what is between being hidden
+  int most_objects = 12;  ///< 1 ... 16
+  int iterations = 12;    ///< of EM, at most, for each number of objects
 };
 void describe(OptionFields& fields, ObjectOptions& options);
 
@@ -34,8 +35,8 @@ struct ObjectSighting {
 };
 
 struct ObjectMap {
-  KnownMap still;                         ///< what stays
-  std::vector<Piece> pieces;              ///< of all snapshots, in their order
+  KnownMap still;             ///< what stays
+  std::vector<Piece> pieces;  ///< of all snapshots, in their order; parts of one object joined
   std::vector<ObjectShape> objects;       ///< those with more sightings first
   std::vector<ObjectSighting> sightings;  ///< at most one a piece, in the order of the pieces
   double score = 0;                       ///< log-likelihood less the objects' cost, nats

@@ -14,7 +14,9 @@ constexpr int kLeastOccupied = 2;  // snapshots
 int first_column(const KnownMap& map) {
   return static_cast<int>(std::lround(map.x0 / map.resolution));
 }
-int first_row(const KnownMap& map) { return static_cast<int>(std::lround(map.y0 / map.resolution)); }
+int first_row(const KnownMap& map) {
+  return static_cast<int>(std::lround(map.y0 / map.resolution));
+}
 
 bool near_occupied(const KnownMap& map, int ix, int iy, int reach) {
   for (int y = iy - reach; y <= iy + reach; ++y)

@@ -44,6 +44,7 @@ struct Builder {
     for (const double door : doors) {
       box(from, y - kWall / 2, door - kDoor / 2, y + kWall / 2, 0.6);
       from = door + kDoor / 2;
+      if (from < x1) scene.doorways.push_back({{from - kDoor, y}, {from, y}, 0.5});
     }
   }
 
@@ -53,6 +54,7 @@ struct Builder {
     for (const double door : doors) {
       box(x - kWall / 2, from, x + kWall / 2, door - kDoor / 2, 0.6);
       from = door + kDoor / 2;
+      if (from < y1) scene.doorways.push_back({{x, from - kDoor}, {x, from}, 0.5});
     }
   }
 };

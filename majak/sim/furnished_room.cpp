@@ -11,11 +11,11 @@
 namespace majak::sim {
 namespace {
 
-constexpr double kWidth = 9, kHeight = 7;       // m
+constexpr double kWidth = 9, kHeight = 7;          // m
 constexpr double kApart = 0.3, kFromStill = 0.15;  // m
-constexpr double kFromTour = 0.5;               // m, things keep from the round's corners
-constexpr double kElsewhere = 0.5;              // m
-constexpr double kBinRadius = 0.3;              // m
+constexpr double kFromTour = 0.5;                  // m, things keep from the round's corners
+constexpr double kElsewhere = 0.5;                 // m
+constexpr double kBinRadius = 0.3;                 // m
 constexpr int kAttempts = 2000;
 constexpr std::size_t kBin = 1;
 
@@ -41,7 +41,8 @@ const Outline& outline(std::size_t movable) {
   return kOutlines[movable];
 }
 
-void add(std::vector<Segment>& segments, const Outline& corners, const Pose2& T, double reflectivity) {
+void add(std::vector<Segment>& segments, const Outline& corners, const Pose2& T,
+         double reflectivity) {
   for (std::size_t i = 0; i < corners.size(); ++i)
     segments.push_back({T * corners[i], T * corners[(i + 1) % corners.size()], reflectivity});
 }
@@ -60,7 +61,8 @@ Scene bare_room() {
   add(room.segments, box(0, 2.6, 0.3, 3.4), {}, 0.4);                  // radiator
   room.discs.push_back({{6.4, 3.4}, 0.25, 0.5});                       // pillar
   room.start = {1.2, 1.2, 0};
-  room.tour = {{kWidth - 1.2, 1.2}, {kWidth - 1.2, kHeight - 1.2}, {1.2, kHeight - 1.2}, {1.2, 1.2}};
+  room.tour = {
+      {kWidth - 1.2, 1.2}, {kWidth - 1.2, kHeight - 1.2}, {1.2, kHeight - 1.2}, {1.2, 1.2}};
   return room;
 }
 
@@ -74,7 +76,8 @@ bool crosses(const Segment& s, const Segment& t) {
 
 double gap(const Segment& s, const Segment& t) {
   if (crosses(s, t)) return 0;
-  return std::min({distance_to(s, t.a), distance_to(s, t.b), distance_to(t, s.a), distance_to(t, s.b)});
+  return std::min(
+      {distance_to(s, t.a), distance_to(s, t.b), distance_to(t, s.a), distance_to(t, s.b)});
 }
 
 /// Inside the walls, off the pillar, the corners of the round and everything in `others`.

@@ -47,6 +47,8 @@ void describe(OptionFields& fields, SimulationOptions& o) {
   fields.add("simulate.intensities", o.intensities, {"", "scans carry the strength of echoes"});
   fields.add("simulate.people", o.people, {"", "who walk along the same ways", 0, 1000});
   fields.add("simulate.vehicles", o.vehicles, {"", "that drive along the same ways", 0, 1000});
+  fields.add("simulate.door_period", o.door_period,
+             {"s", "each door of the world changes so often; 0: none moves", 0, 1e6});
   fields.add("simulate.felled", o.felled, {"1", "share of trunks and posts that vanish", 0, 1});
   fields.add("simulate.felled_at", o.felled_at, {"s", "when, from the run's start", 0, 1e6});
   describe(fields, o.laser);
@@ -93,6 +95,7 @@ Simulator::Simulator(const World& world, const Path& path, const SimulationOptio
   require(options.start_time >= 0 && options.start_time <= 4e9, "start_time must be 0 ... 4e9 s");
   require(options.people >= 0 && options.people <= 1000, "people must be 0 ... 1000");
   require(options.vehicles >= 0 && options.vehicles <= 1000, "vehicles must be 0 ... 1000");
+  require(options.door_period >= 0 && options.door_period <= 1e6, "door_period: 0 ... 1e6 s");
   require(options.felled >= 0 && options.felled <= 1, "felled must be 0 ... 1");
   require(options.felled_at >= 0 && options.felled_at <= 1e6, "felled_at must be 0 ... 1e6 s");
   T_robot_laser_ = {options.mounting_x, options.mounting_y, wrap_angle(options.mounting_theta)};
@@ -105,6 +108,9 @@ Simulator::Simulator(const World& world, const Path& path, const SimulationOptio
   }
   if (options.felled > 0) fell();
   send_off();
+  if (options.door_period > 0)
+    doors_ = draw_doors(world.scene(), path, options.door_period, run_.duration(),
+                        static_cast<std::uint64_t>(options.seed));
 }
 
 /// Each trunk by its own draw, so that a larger share fells the same ones and more.
@@ -228,7 +234,7 @@ Scan Simulator::make_scan(std::int64_t scan, Time stamp) const {
   for (int i = 0; i < beams; ++i) {
     poses[i] = run_.truth(begin + sensor::beam_time(variant_, i)) * T_robot_laser_;
     hits[i] = view.world.cast(poses[i].translation(), poses[i].theta + out.angle(i),
-                              options_.laser.max_range, view.moving);
+                              options_.laser.max_range, view.moving, view.leaves);
   }
   // A spot falls on two things only where the neighbouring beams see different ones.
   const auto edge = [&](int i, int j) {
@@ -263,7 +269,7 @@ Simulator::Reading Simulator::measure(std::int64_t scan, int beam, const Pose2& 
   for (int k = 0; k < kPatches; ++k) {
     const double aside = half * (2.0 * k / (kPatches - 1) - 1.0);
     const Hit h = view.world.cast(T_world_beam.translation(), T_world_beam.theta + aside,
-                                  options_.laser.max_range, view.moving);
+                                  options_.laser.max_range, view.moving, view.leaves);
     echoes[k] = {h.range, h.incidence, h.reflectivity};
   }
   // A reflector outshines whatever else is in the spot.
@@ -313,7 +319,7 @@ Pose2 Simulator::place_of(const Walker& w, Duration time) const {
 
 Simulator::View Simulator::view_at(Duration time) const {
   const bool thinned = thinned_ && time >= from_seconds(options_.felled_at);
-  View view{thinned ? *thinned_ : world_, {}};
+  View view{thinned ? *thinned_ : world_, {}, leaves(doors_, time)};
   const Vec2 robot = run_.truth(time).translation();
   for (const Walker& w : walkers_) {
     const Pose2 T = place_of(w, time);

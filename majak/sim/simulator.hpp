@@ -12,6 +12,7 @@
 
 #include "majak/core/event.hpp"
 #include "majak/sensor/lms291.hpp"
+#include "majak/sim/doors.hpp"
 #include "majak/sim/robot.hpp"
 #include "majak/sim/satellites.hpp"
 #include "majak/sim/world.hpp"
@@ -39,6 +40,7 @@ struct SimulationOptions {
   bool intensities = false;   ///< scans carry the strength of each echo
   int people = 0;             ///< who walk along the same ways
   int vehicles = 0;           ///< that drive along the same ways, on either side; for wide ways
+  double door_period = 0;     ///< s, each door of the scene changes so often; 0: all doorways empty
   double felled = 0;          ///< share of the trunks and posts (not reflectors) that are gone ...
   double felled_at = 0;       ///< s, ... from that time of the run on
 };
@@ -69,6 +71,8 @@ class Simulator {
   const sensor::Variant& variant() const { return variant_; }
   Duration scan_period() const { return period_; }
   const Satellites& satellites() const { return satellites_; }
+  /// Those that move; empty when door_period is 0.
+  const std::vector<Door>& doors() const { return doors_; }
   /// Those that are gone from felled_at on, as indices of the scene's discs, ascending.
   const std::vector<std::size_t>& felled() const { return felled_; }
 
@@ -83,6 +87,7 @@ class Simulator {
   struct View {
     const World& world;
     std::vector<Disc> moving;
+    std::vector<Segment> leaves;
   };
   struct Reading {
     float range, intensity;
@@ -116,6 +121,7 @@ class Simulator {
   Satellites satellites_;
   Pose2 T_robot_laser_;
   std::vector<Walker> walkers_;
+  std::vector<Door> doors_;
   std::vector<Disc> reflectors_;  ///< those of the world
   Duration period_ = 0;
   std::int64_t next_scan_ = 0, next_odometry_ = 0, next_fix_ = 0;

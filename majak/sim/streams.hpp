@@ -17,8 +17,8 @@ inline constexpr std::uint64_t kDisturbance = 7ULL << 40;  // index: its number
 inline constexpr std::uint64_t kBurst = 8ULL << 40;        // 0: lengths, index - 1: burst
 inline constexpr std::uint64_t kFix = 9ULL << 40;          // index: fix
 inline constexpr std::uint64_t kFixJump = 10ULL << 40;
-inline constexpr std::uint64_t kFelled = 11ULL << 40;   // index: disc
-inline constexpr std::uint64_t kVehicle = 12ULL << 40;  // index: vehicle
+inline constexpr std::uint64_t kFelled = 11ULL << 40;      // index: disc
+inline constexpr std::uint64_t kVehicle = 12ULL << 40;     // index: vehicle
 inline constexpr std::uint64_t kFurnishing = 13ULL << 40;  // + visit, index: attempt
 inline constexpr std::uint64_t kDoorRun = 14ULL << 40;     // index: door
 

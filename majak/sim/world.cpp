@@ -189,8 +189,8 @@ void World::walk(const Ray& ray, Hit& best) const {
   }
 }
 
-Hit World::cast(const Vec2& origin, double angle, double max_range,
-                std::span<const Disc> moving) const {
+Hit World::cast(const Vec2& origin, double angle, double max_range, std::span<const Disc> moving,
+                std::span<const Segment> leaves) const {
   const Ray ray{origin, {std::cos(angle), std::sin(angle)}};
   Hit best;
   best.range = max_range;
@@ -199,12 +199,18 @@ Hit World::cast(const Vec2& origin, double angle, double max_range,
     if ((moving[i].centre - origin).norm() <= moving[i].radius) continue;
     meet_disc(moving[i], origin, ray.direction, count + static_cast<int>(i), best);
   }
+  const int discs = count + static_cast<int>(moving.size());
+  for (std::size_t i = 0; i < leaves.size(); ++i)
+    meet_segment(leaves[i], origin, ray.direction, discs + static_cast<int>(i), best);
   walk(ray, best);
   const int segments = static_cast<int>(scene_.segments.size());
   if (best.object < 0) {
     best.range = kInfinity;
   } else if (best.object < segments) {
     best.incidence = incidence_on(scene_.segments[best.object], ray.direction);
+  } else if (best.object >= discs) {
+    best.incidence =
+        incidence_on(leaves[static_cast<std::size_t>(best.object - discs)], ray.direction);
   } else {
     const Disc& disc = best.object < count ? scene_.discs[best.object - segments]
                                            : moving[static_cast<std::size_t>(best.object - count)];

@@ -42,10 +42,11 @@ struct Scene {
   std::string name;
   std::vector<Segment> segments;
   std::vector<Disc> discs;
-  Pose2 start;                   ///< T_world_robot at the beginning
-  std::vector<Vec2> tour;        ///< places to visit in this order; empty: a tour is made up
-  std::vector<Vec2> short_tour;  ///< about 100 m, for statistics over many runs
-  bool straight = false;         ///< the tour is driven in straight lines from place to place
+  Pose2 start;                      ///< T_world_robot at the beginning
+  std::vector<Vec2> tour;           ///< places to visit in this order; empty: a tour is made up
+  std::vector<Vec2> short_tour;     ///< about 100 m, for statistics over many runs
+  bool straight = false;            ///< the tour is driven in straight lines from place to place
+  std::vector<Segment> doorways{};  ///< where a door shuts; not seen unless doors move (doors.hpp)
 };
 
 class World {
@@ -54,9 +55,10 @@ class World {
   explicit World(Scene scene);
 
   /// The nearest thing in direction `angle`, at most `max_range` away. `moving` are discs that are
-  /// not part of the world (people); those that contain the origin are not seen.
-  Hit cast(const Vec2& origin, double angle, double max_range,
-           std::span<const Disc> moving = {}) const;
+  /// not part of the world (people); those that contain the origin are not seen. `leaves` of doors
+  /// are not part of it either.
+  Hit cast(const Vec2& origin, double angle, double max_range, std::span<const Disc> moving = {},
+           std::span<const Segment> leaves = {}) const;
 
   /// Distance to the nearest surface; 0 inside a disc. Slow: for planning and tests.
   double clearance(const Vec2& point) const;
