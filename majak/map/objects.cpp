@@ -256,11 +256,14 @@ class Search {
     return false;
   }
 
+  /// One object less. What showed it may be parts of others.
   bool shrink(Belief& best) const {
     for (std::size_t n = 0; n < best.shapes.size(); ++n) {
       Belief less = best;
       remove_object(less, n);
       expect(less);
+      while (join(less, true)) {
+      }
       less = settled(std::move(less));
       if (less.score <= best.score + kConverged) continue;
       best = std::move(less);

@@ -57,6 +57,21 @@ class ScanWindow {
     }
   }
 
+  /// Cells beside a hit no longer count as free: poses and ranges err by as much.
+  void forget_beside_hits() {
+    const auto pitch = static_cast<std::ptrdiff_t>(box_.width);
+    const auto cells = pitch * box_.height;
+    for (const End& end : ends_) {
+      if (!end.hit) continue;
+      const SubCellPoint p = local(end.point);
+      const std::ptrdiff_t at = cell_of(p.x) + cell_of(p.y) * pitch;
+      for (const std::ptrdiff_t row : {-pitch, std::ptrdiff_t{0}, pitch})
+        for (std::ptrdiff_t i = at + row - 1; i <= at + row + 1; ++i)
+          if (i >= 0 && i < cells && marks_[static_cast<std::size_t>(i)] == kFree)
+            marks_[static_cast<std::size_t>(i)] = kNothing;
+    }
+  }
+
   /// Calls row(tx, ty, y, marks) for every row of kTileSize marks that is not blank, of tile
   /// (tx, ty), and leaves the window blank.
   template <class Row>
