@@ -15,6 +15,7 @@
 
 #include "bench/room_visits.hpp"
 #include "majak/core/error.hpp"
+#include "majak/io/options_file.hpp"
 #include "majak/map/objects.hpp"
 
 namespace {
@@ -137,20 +138,6 @@ Outcome run(const Case& c, std::uint64_t seed) {
   return o;
 }
 
-void set(map::ObjectOptions& options, const std::string& text) {
-  OptionFields fields;
-  describe(fields, options);
-  const std::size_t equal = text.find('=');
-  for (const OptionField& f : fields.list)
-    if (f.name == text.substr(0, equal) && equal != std::string::npos) {
-      const double value = std::stod(text.substr(equal + 1));
-      if (auto* const* d = std::get_if<double*>(&f.value)) **d = value;
-      if (auto* const* k = std::get_if<int*>(&f.value)) **k = static_cast<int>(value);
-      return;
-    }
-  throw Error("no option " + text);
-}
-
 void print(const Case& c) {
   std::map<std::size_t, int> counts;
   std::size_t pieces = 0, named = 0, wrong = 0;
@@ -181,6 +168,8 @@ void print(const Case& c) {
 int main(int argc, char** argv) {
   try {
     Case c;
+    OptionFields fields;
+    describe(fields, c.objects);
     for (int i = 1; i < argc; ++i) {
       const std::string arg = argv[i];
       const auto value = [&] {
@@ -201,7 +190,7 @@ int main(int argc, char** argv) {
       } else if (arg == "--verbose") {
         c.verbose = true;
       } else {
-        set(c.objects, arg);
+        io::apply_option(fields, arg);
       }
     }
     print(c);
