@@ -30,6 +30,8 @@ namespace {
 using namespace majak;
 
 constexpr double kSame = 0.3;          // m, between a doorway that was found and the true one
+constexpr double kNear = 8;            // m, from which a door must have been seen to be found ...
+constexpr int kOften = 15;             // scans, in both states
 constexpr Duration kUnseen = kSecond;  // a door that was out of sight so long is looked at anew
 
 struct Case {
@@ -99,6 +101,19 @@ void score(const sim::Door& truth, const Site& site, Time begin, const map::Door
   }
 }
 
+/// White free, black occupied, blue passed, red switching, grey unknown.
+io::Image picture(const map::DynamicsMap& map) {
+  const map::CellBox box = map.bounds();
+  constexpr std::uint8_t kColours[5][3] = {
+      {200, 204, 208}, {255, 255, 255}, {31, 35, 40}, {84, 170, 222}, {200, 62, 32}};
+  io::Image image(box.width, box.height, 3);
+  for (int y = 0; y < box.height; ++y)
+    for (int x = 0; x < box.width; ++x)
+      std::copy_n(kColours[static_cast<std::size_t>(map.kind(box.x0 + x, box.y0 + y))], 3,
+                  image.row(box.height - 1 - y) + static_cast<std::ptrdiff_t>(3) * x);
+  return image;
+}
+
 Outcome run(const Case& c, int seed) {
   const sim::World world(sim::building());
   const sim::Path path = sim::plan_tour(world, {.laps = c.laps, .short_tour = true});
@@ -131,6 +146,8 @@ Outcome run(const Case& c, int seed) {
   map::door_histories(site, found, c.doors);
   o.watch_seconds = cpu() - begun;
   const Time begin = from_seconds(options.start_time);
+  if (c.verbose)
+    io::write_file_atomically("dynamics.png", io::encode_png(picture(dynamics)));
   for (const sim::Door& door : simulator.doors()) {
     ++o.doors;
     // Seen in both states, both for long enough?
@@ -138,11 +155,12 @@ Outcome run(const Case& c, int seed) {
     std::map<map::DoorState, int> seen;
     for (const PosedScan& scan : site.scans) {
       watch.add(scan);
-      if (watch.in_sight(0))
+      const Vec2 way = scan.estimate.T_map_robot.translation() - (door.closed.a + door.closed.b) / 2;
+      if (watch.in_sight(0) && way.norm() < kNear)
         ++seen[door.open_at(scan.scan.time - begin) ? map::DoorState::open
                                                     : map::DoorState::closed];
     }
-    const bool moved = seen[map::DoorState::open] >= 20 && seen[map::DoorState::closed] >= 20;
+    const bool moved = seen[map::DoorState::open] >= kOften && seen[map::DoorState::closed] >= kOften;
     const auto at = std::find_if(found.begin(), found.end(), [&](const map::Doorway& d) {
       return same(d, true_doorway(door));
     });
@@ -150,6 +168,8 @@ Outcome run(const Case& c, int seed) {
     o.found += at != found.end();
     o.found_moved += moved && at != found.end();
     if (at != found.end()) score(door, site, begin, *at, c, o);
+    if (c.verbose && moved && at == found.end()) { const Vec2 m=(door.closed.a+door.closed.b)/2; int cx=int(m.x()/.05), cy=int(m.y()/.05);
+      for (int y=cy+15;y>=cy-15;--y){ std::string l; for(int x=cx-20;x<=cx+20;++x){ auto*h=dynamics.history(x,y); auto k=dynamics.kind(x,y); char ch=" .#~s"[int(k)]; if(h&&h->kept>0&&dynamics.longest_stay(*h,true)>=1.5&&dynamics.longest_stay(*h,false)>=1.5) ch= k==map::CellKind::passed?'p':k==map::CellKind::switching?'S':'o'; l+=ch;} fmt::print("{}\n",l);} }
     if (c.verbose)
       fmt::print("  door ({:.2f} {:.2f})-({:.2f} {:.2f}) {}{} seen open {} closed {}\n",
                  door.closed.a.x(), door.closed.a.y(), door.closed.b.x(), door.closed.b.y(),
@@ -203,19 +223,6 @@ void print(const Case& c) {
              1e3 * sum.dynamics_seconds / static_cast<double>(sum.scans),
              1e3 * sum.watch_seconds / static_cast<double>(sum.scans),
              1e-6 * static_cast<double>(sum.bytes) / c.seeds);
-}
-
-/// White free, black occupied, blue passed, red switching, grey unknown.
-io::Image picture(const map::DynamicsMap& map) {
-  const map::CellBox box = map.bounds();
-  constexpr std::uint8_t kColours[5][3] = {
-      {200, 204, 208}, {255, 255, 255}, {31, 35, 40}, {84, 170, 222}, {200, 62, 32}};
-  io::Image image(box.width, box.height, 3);
-  for (int y = 0; y < box.height; ++y)
-    for (int x = 0; x < box.width; ++x)
-      std::copy_n(kColours[static_cast<std::size_t>(map.kind(box.x0 + x, box.y0 + y))], 3,
-                  image.row(box.height - 1 - y) + static_cast<std::ptrdiff_t>(3) * x);
-  return image;
 }
 
 void print_run(const Case& c, const std::string& path) {

@@ -12,6 +12,7 @@ namespace {
 constexpr int kGroupReach = 3;           // cells
 constexpr std::size_t kMostCells = 400;  // of a group that is looked at
 constexpr std::size_t kMostTried = 60;   // cells that lines are laid through
+constexpr double kAround = 0.25;         // m; there is floor so far off a leaf
 constexpr double kShrunk = 0.1;          // m; the leaf's ends tell nothing, jambs are there
 constexpr double kLongestGap = 0.25;     // m, along a leaf
 
@@ -26,15 +27,64 @@ std::uint64_t key(int x, int y) {
          static_cast<std::uint32_t>(y);
 }
 
-/// Cells of that kind, by rows.
-std::vector<Cell> cells_of_kind(const DynamicsMap& map, CellKind kind) {
-  std::vector<Cell> cells;
-  const CellBox box = map.bounds();
-  for (int y = box.y0; y < box.y0 + box.height; ++y)
-    for (int x = box.x0; x < box.x0 + box.width; ++x)
-      if (map.kind(x, y) == kind) cells.push_back({x, y});
-  return cells;
-}
+enum class Seen : std::uint8_t { nothing, floor, wall, changed };
+
+/// Cells as doors need them. `changed`: stayed occupied and stayed free.
+class Cells {
+ public:
+  Cells(const DynamicsMap& map, double stay) : map_(map), stay_(stay) {}
+
+  double size() const { return map_.resolution(); }
+
+  Seen at(int ix, int iy) const {
+    const CellHistory* cell = map_.history(ix, iy);
+    if (!cell || !cell->stated) return Seen::nothing;
+    const bool stood = map_.longest_stay(*cell, true) >= stay_;
+    if (!stood) return Seen::floor;
+    return map_.longest_stay(*cell, false) >= stay_ ? Seen::changed : Seen::wall;
+  }
+  Seen at(const Vec2& p_map) const {
+    return at(static_cast<int>(std::floor(p_map.x() / size())),
+              static_cast<int>(std::floor(p_map.y() / size())));
+  }
+
+  /// Cells that changed, by rows. Not those beside a wall and those without floor on both sides:
+  /// poses that err change a wall's cells too.
+  std::vector<Cell> changed() const {
+    std::vector<Cell> cells;
+    const CellBox box = map_.bounds();
+    for (int y = box.y0; y < box.y0 + box.height; ++y)
+      for (int x = box.x0; x < box.x0 + box.width; ++x)
+        if (at(x, y) == Seen::changed && !beside_wall(x, y) && in_the_open(x, y))
+          cells.push_back({x, y});
+    return cells;
+  }
+
+ private:
+  bool beside_wall(int ix, int iy) const {
+    for (int y = iy - 1; y <= iy + 1; ++y)
+      for (int x = ix - 1; x <= ix + 1; ++x)
+        if (at(x, y) == Seen::wall) return true;
+    return false;
+  }
+
+  bool in_the_open(int ix, int iy) const {
+    constexpr int kDirections[4][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
+    return std::any_of(std::begin(kDirections), std::end(kDirections), [&](const auto& d) {
+      return leads_to_floor(ix, iy, d[0], d[1]) && leads_to_floor(ix, iy, -d[0], -d[1]);
+    });
+  }
+
+  bool leads_to_floor(int ix, int iy, int dx, int dy) const {
+    const int reach = static_cast<int>(std::lround(kAround / size()));
+    for (int k = 1; k < reach; ++k)
+      if (at(ix + k * dx, iy + k * dy) == Seen::wall) return false;
+    return at(ix + reach * dx, iy + reach * dy) == Seen::floor;
+  }
+
+  const DynamicsMap& map_;
+  double stay_;
+};
 
 std::vector<std::vector<Cell>> groups(const std::vector<Cell>& cells) {
   std::unordered_set<std::uint64_t> left;
@@ -62,8 +112,8 @@ struct Stretch {
 
 class DoorFinder {
  public:
-  DoorFinder(const DynamicsMap& map, const DoorOptions& options)
-      : map_(map), options_(options), cell_(map.resolution()) {}
+  DoorFinder(const Cells& cells, const DoorOptions& options)
+      : cells_(cells), options_(options), cell_(cells.size()) {}
 
   /// The stretch with the most cells first; those on it are taken out of the group.
   void find_in(std::vector<Vec2> points, std::vector<Doorway>& doors) const {
@@ -114,9 +164,18 @@ class DoorFinder {
     if (!a || !b) return std::nullopt;
     const double width = (*b - *a).norm();
     if (width < options_.least_width || width > options_.most_width ||
-        static_cast<double>(cells) * cell_ < options_.filled * width)
+        static_cast<double>(cells) * cell_ < options_.filled * width || !clear_sides(*a, *b))
       return std::nullopt;
     return Stretch{{*a, *b}, cells};
+  }
+
+  bool clear_sides(const Vec2& a, const Vec2& b) const {
+    const Vec2 along = (b - a).normalized(), aside(-along.y(), along.x());
+    int clear = 0, all = 0;
+    for (double t = kShrunk; t < (b - a).norm() - kShrunk; t += cell_, ++all)
+      clear += cells_.at(a + t * along + kAround * aside) == Seen::floor &&
+               cells_.at(a + t * along - kAround * aside) == Seen::floor;
+    return clear >= options_.clear * all;
   }
 
   /// Where what stays begins, from a leaf's end outwards.
@@ -124,15 +183,13 @@ class DoorFinder {
     const Vec2 aside(-outwards.y(), outwards.x());
     for (double t = -cell_; t <= options_.jamb_reach; t += cell_ / 2)
       for (const double s : {0.0, 1.0, -1.0}) {
-        const Vec2 p = (end + t * outwards + s * options_.tolerance * aside) / cell_;
-        if (map_.kind(static_cast<int>(std::floor(p.x())), static_cast<int>(std::floor(p.y()))) ==
-            CellKind::occupied)
+        if (cells_.at(end + t * outwards + s * options_.tolerance * aside) == Seen::wall)
           return end + t * outwards;
       }
     return std::nullopt;
   }
 
-  const DynamicsMap& map_;
+  const Cells& cells_;
   DoorOptions options_;
   double cell_;
 };
@@ -175,6 +232,8 @@ void describe(OptionFields& fields, DoorOptions& o) {
   fields.add("doors.tolerance", o.tolerance, {"m", "so near to the leaf's line is on it", 0.01, 1});
   fields.add("doors.jamb_reach", o.jamb_reach,
              {"m", "something that stays is so near to either end", 0, 2});
+  fields.add("doors.stay", o.stay, {"s", "each state was seen for so long", 0, 1e6});
+  fields.add("doors.clear", o.clear, {"1", "share of the leaf with floor on both sides", 0, 1});
   fields.add("doors.filled", o.filled, {"1", "share of the leaf that its cells cover", 0, 1});
   fields.add("doors.change_time", o.change_time, {"s", "between changes of a door", 0.1, 1e9});
   fields.add("doors.pass_open", o.pass_open, {"1", "beams go on, door open", 0.01, 0.99});
@@ -184,15 +243,17 @@ void describe(OptionFields& fields, DoorOptions& o) {
   fields.add("doors.log_odds_limit", o.log_odds_limit,
              {"1", "belief stays within +- this", 0.1, 20});
   fields.add("doors.sure", o.sure, {"1", "belief from which on a state is stated", 0.5, 0.999});
+  fields.add("doors.least_beams", o.least_beams, {"1", "a door in sight takes so many", 1, 1000});
   fields.add("doors.least_incidence", o.least_incidence,
              {"1", "sine; beams that meet the leaf flatter tell nothing", 0, 1});
 }
 
 std::vector<Doorway> find_doors(const DynamicsMap& dynamics, const DoorOptions& options) {
   std::vector<Doorway> doors;
-  const DoorFinder finder(dynamics, options);
+  const Cells cells(dynamics, options.stay);
+  const DoorFinder finder(cells, options);
   const double cell = dynamics.resolution();
-  for (const auto& group : groups(cells_of_kind(dynamics, CellKind::switching))) {
+  for (const auto& group : groups(cells.changed())) {
     if (static_cast<double>(group.size()) * cell < options.filled * options.least_width ||
         group.size() > kMostCells)
       continue;
@@ -222,7 +283,7 @@ void DoorWatch::add(const PosedScan& posed) {
     double l = std::log(p / (1 - p));
     const Told told =
         tells ? look_at(door.where, posed.scan, pose * posed.scan.T_robot_laser, options_) : Told{};
-    door.in_sight = told.passed + told.stopped > 0;
+    door.in_sight = told.passed + told.stopped >= options_.least_beams;
     l += std::clamp(told.passed * on_pass + told.stopped * on_stop, -limit, limit);
     door.log_odds = std::clamp(l, -options_.log_odds_limit, options_.log_odds_limit);
   }

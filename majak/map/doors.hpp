@@ -16,14 +16,17 @@ struct DoorOptions {
   double most_width = 1.4;    ///< m
   double tolerance = 0.1;     ///< m, cells and returns so near to the leaf's line are on it
   double jamb_reach = 0.3;    ///< m, something that stays is so near to either end
+  double stay = 1.5;          ///< s, each state was seen for so long without a break
+  double clear = 0.5;         ///< share of the leaf's length with free floor on both sides
   double filled = 0.6;        ///< share of the leaf's length that its cells cover
   double change_time = 120;   ///< s between changes of a door
   double pass_open = 0.9;     ///< chance that a beam through the doorway goes on, door open
   double pass_closed = 0.1;   ///< ... door closed
   double beam_weight = 0.34;  ///< what a beam counts, of an independent one
   double scan_limit = 3;      ///< nats, the most that one scan tells
-  double log_odds_limit = 5;  ///< belief stays within +- this
+  double log_odds_limit = 4;  ///< belief stays within +- this
   double sure = 0.9;          ///< belief from which on a state is stated
+  int least_beams = 3;        ///< a door is in sight of a scan with so many beams through it
   double least_incidence =
       0.2;  ///< sine of the angle between beam and leaf; flatter ones tell nothing
 };

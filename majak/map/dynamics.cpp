@@ -179,7 +179,6 @@ void DynamicsMap::state_change(CellHistory& cell, float time) {
   cell.confirmed = cell.doubted = time;
 }
 
-/// s, from the first reading of a stay to its last.
 double DynamicsMap::longest_stay(const CellHistory& cell, bool occupied) const {
   const std::vector<CellChange> kept = changes(cell);
   double longest = 0;

@@ -77,6 +77,8 @@ class DynamicsMap {
   const CellHistory* history(int ix, int iy) const;
   /// The changes that are kept, ascending; after the last one the cell is history()->occupied.
   std::vector<CellChange> changes(const CellHistory& cell) const;
+  /// s from the first reading of the longest stay in that state to its last.
+  double longest_stay(const CellHistory& cell, bool occupied) const;
   struct Rates {
     double fill = 0, empty = 0;  ///< 1/s, free to occupied and back
   };
@@ -99,7 +101,6 @@ class DynamicsMap {
   using Changes = std::array<CellChange, CellHistory::kKept>;
 
   void state_change(CellHistory& cell, float time);
-  double longest_stay(const CellHistory& cell, bool occupied) const;
   CellHistory* row(int tx, int ty, int y);
 
   DynamicsOptions options_;
