@@ -96,6 +96,11 @@ void score(const sim::Door& truth, const Site& site, Time begin, const map::Door
     if (in_look >= 3) o.seen += 1, o.seen_right += right, o.seen_unsure += unsure;
     if (in_look != 3) continue;
     ++o.looks, o.right += right, o.unsure += unsure;
+    if (c.verbose && !right)
+      fmt::print("    {} at {:.2f} s: ({:.2f} {:.2f})-({:.2f} {:.2f}) is {}, from {:.1f} m, {:.2f}\n",
+                 unsure ? "unsure" : "wrong", to_seconds(now), doorway.a.x(), doorway.a.y(),
+                 doorway.b.x(), doorway.b.y(), open ? "open" : "closed",
+                 (scan.estimate.T_map_robot.translation() - doorway.a).norm(), watch.open_chance(0));
     if (changed) ++o.after_change, o.right_after_change += right;
     changed = false;
   }
@@ -168,8 +173,6 @@ Outcome run(const Case& c, int seed) {
     o.found += at != found.end();
     o.found_moved += moved && at != found.end();
     if (at != found.end()) score(door, site, begin, *at, c, o);
-    if (c.verbose && moved && at == found.end()) { const Vec2 m=(door.closed.a+door.closed.b)/2; int cx=int(m.x()/.05), cy=int(m.y()/.05);
-      for (int y=cy+15;y>=cy-15;--y){ std::string l; for(int x=cx-20;x<=cx+20;++x){ auto*h=dynamics.history(x,y); auto k=dynamics.kind(x,y); char ch=" .#~s"[int(k)]; if(h&&h->kept>0&&dynamics.longest_stay(*h,true)>=1.5&&dynamics.longest_stay(*h,false)>=1.5) ch= k==map::CellKind::passed?'p':k==map::CellKind::switching?'S':'o'; l+=ch;} fmt::print("{}\n",l);} }
     if (c.verbose)
       fmt::print("  door ({:.2f} {:.2f})-({:.2f} {:.2f}) {}{} seen open {} closed {}\n",
                  door.closed.a.x(), door.closed.a.y(), door.closed.b.x(), door.closed.b.y(),

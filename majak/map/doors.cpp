@@ -13,7 +13,7 @@ constexpr int kGroupReach = 3;           // cells
 constexpr std::size_t kMostCells = 400;  // of a group that is looked at
 constexpr std::size_t kMostTried = 60;   // cells that lines are laid through
 constexpr double kAround = 0.25;         // m; there is floor so far off a leaf
-constexpr double kShrunk = 0.1;          // m; the leaf's ends tell nothing, jambs are there
+constexpr double kShrunk = 0.05;          // m; the leaf's ends tell nothing, jambs are there
 constexpr double kLongestGap = 0.25;     // m, along a leaf
 
 struct Cell {
@@ -215,8 +215,10 @@ Told look_at(const Doorway& door, const Scan& scan, const Pose2& T_map_laser,
     if (std::abs(slope) < options.least_incidence) continue;
     const double crossing = -aside / slope;
     if (crossing <= 0) continue;
+    // Before and behind the leaf it must be clear of the jambs, else a jamb may have stopped it.
     const double at = (origin + crossing * beam - door.a).dot(along);
-    if (at < kShrunk || at > width - kShrunk) continue;
+    const double spread = options.tolerance * std::abs(beam.dot(along) / slope);
+    if (at - spread < kShrunk || at + spread > width - kShrunk) continue;
     const double beyond = (range - crossing) * std::abs(slope);
     told.stopped += std::abs(beyond) <= options.tolerance;
     told.passed += beyond > options.tolerance;
