@@ -18,7 +18,7 @@ namespace majak::map {
 struct ObjectOptions {
   PieceOptions pieces;
   ShapeOptions shape;
-  double cost = 12;   ///< nats that an object must explain to be one
+  double cost = 20;   ///< nats that an object must explain to be one
   double none = 0.1;  ///< chance of a cell of what is none of the objects
   double join = 1.0;  ///< m, parts of an object may be so far apart, what is between being hidden
   int most_objects = 12;  ///< 1 ... 16
