@@ -13,10 +13,11 @@
 #include <string>
 #include <vector>
 
-#include "bench/room_visits.hpp"
 #include "majak/core/error.hpp"
+#include "majak/core/random.hpp"
 #include "majak/io/options_file.hpp"
 #include "majak/map/objects.hpp"
+#include "majak/sim/furnished_room.hpp"
 
 namespace {
 
@@ -28,7 +29,7 @@ constexpr double kAtItsPlace = 0.2;  // m
 struct Case {
   int seeds = 100, first = 1;
   double absent = 0.1;
-  bench::VisitErrors errors;
+  sim::VisitErrors errors;
   bool verbose = false;
   map::ObjectOptions objects;
 };
@@ -44,6 +45,11 @@ double cpu() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+map::KnownMap snapshot(const sim::Furnishing& furnishing, std::uint64_t seed,
+                       const sim::VisitErrors& errors) {
+  return map::known_map(map::build_occupancy_grid(sim::visit_room(furnishing, seed, errors)));
 }
 
 /// The movable that stands where the piece is: nearest to its middle.
@@ -95,7 +101,7 @@ Outcome run(const Case& c, std::uint64_t seed) {
   std::vector<map::KnownMap> snapshots;
   for (std::size_t t = 0; t < kVisits; ++t) {
     furnishings.push_back(sim::furnish(seed, t, c.absent));
-    snapshots.push_back(bench::snapshot(furnishings[t], 100 * seed + t, c.errors));
+    snapshots.push_back(snapshot(furnishings[t], 100 * seed + t, c.errors));
   }
   Outcome o;
   const double begin = cpu();
@@ -113,7 +119,7 @@ Outcome run(const Case& c, std::uint64_t seed) {
   const auto movable = static_cast<std::size_t>(RandomStream(seed, 99).below(sim::kMovables));
   const sim::Furnishing after = sim::moved_one(furnishings.back(), movable, seed);
   const map::Recognition seen =
-      map::recognize(found, bench::snapshot(after, 100 * seed + 50, c.errors), c.objects);
+      map::recognize(found, snapshot(after, 100 * seed + 50, c.errors), c.objects);
   for (const map::Piece& p : seen.pieces) o.in_view |= true_of(p, after) == movable;
   for (const auto& s : seen.sightings) {
     if (name[s.object] != movable) continue;

@@ -6,6 +6,7 @@
 
 #include "majak/core/error.hpp"
 #include "majak/core/random.hpp"
+#include "majak/sim/simulator.hpp"
 #include "majak/sim/streams.hpp"
 
 namespace majak::sim {
@@ -118,6 +119,10 @@ std::optional<Pose2> place(std::size_t movable, const Furnishing& others, Random
   return std::nullopt;
 }
 
+Pose2 wrong_by(RandomStream& random, double offset, double turn) {
+  return {offset * random.normal(), offset * random.normal(), turn * random.normal()};
+}
+
 bool drivable(const Furnishing& furnishing) {
   try {
     plan_tour(World(furnished_room(furnishing)));
@@ -174,6 +179,25 @@ Scene furnished_room(const Furnishing& furnishing) {
     }
   }
   return room;
+}
+
+Site visit_room(const Furnishing& furnishing, std::uint64_t seed, const VisitErrors& errors) {
+  const World world(furnished_room(furnishing));
+  SimulationOptions options;
+  options.seed = static_cast<int>(seed & 0x7fffffff);
+  RandomStream random(seed, kFurnishing + (std::uint64_t{2} << 32));
+  const Pose2 offset = wrong_by(random, errors.offset, errors.turn);
+  Site site;
+  for (Event& event : simulate(world, plan_tour(world), options)) {
+    if (auto* scan = std::get_if<Scan>(&event)) {
+      site.scans.emplace_back();
+      site.scans.back().scan = std::move(*scan);
+    }
+    if (const auto* truth = std::get_if<Truth>(&event))
+      site.scans.back().estimate.T_map_robot =
+          offset * truth->T_world_robot * wrong_by(random, errors.scan_offset, errors.scan_turn);
+  }
+  return site;
 }
 
 }  // namespace majak::sim

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "majak/core/site.hpp"
 #include "majak/sim/tour.hpp"
 #include "majak/sim/world.hpp"
 
@@ -28,5 +29,16 @@ Furnishing moved_one(const Furnishing& before, std::size_t movable, std::uint64_
 
 /// The room, and a round past its four corners.
 Scene furnished_room(const Furnishing& furnishing);
+
+/// How wrong a localizer's poses are, one sigma.
+struct VisitErrors {
+  double offset = 0.015;       ///< m, each axis; the same all through a visit
+  double turn = radians(0.2);  ///< rad
+  double scan_offset = 0.005;  ///< m, from scan to scan
+  double scan_turn = radians(0.1);
+};
+
+/// What an LMS-291 saw on one round, at such poses. Map frame: the world's, but for the errors.
+Site visit_room(const Furnishing& furnishing, std::uint64_t seed, const VisitErrors& errors = {});
 
 }  // namespace majak::sim
