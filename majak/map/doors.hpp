@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Doors: straight stretches of cells that are now occupied, now free, between ends that stay; and
-// whether each is open (MATH 20.6, 20.7).
+// whether each is open (MATH 20.6).
 #pragma once
 
 #include <cstddef>
