@@ -34,6 +34,7 @@ struct SimulateOptions {
   std::string drive;  // empty: what suits the world
   std::string reflectors;
   std::string landmarks;
+  std::string doors;
   double cell = 0;  // m, of a plan
   double noise = 1;
   std::vector<std::string> set;
@@ -175,6 +176,21 @@ void write_landmarks(const sim::Simulator& simulator, const sim::World& world,
   io::write_file_atomically(o.landmarks, text);
 }
 
+/// Every door that moves: hinge, latch, and when it opened or closed.
+void write_doors(const sim::Simulator& simulator, const SimulateOptions& o) {
+  std::string text =
+      "# hinge x y, latch x y (m, frame of the true poses); state, then stamps (s) of changes\n";
+  for (const sim::Door& door : simulator.doors()) {
+    const sim::Segment& leaf = door.closed;
+    text += fmt::format("{:.3f} {:.3f} {:.3f} {:.3f} {}", leaf.a.x(), leaf.a.y(), leaf.b.x(),
+                        leaf.b.y(), door.open_at_first ? "open" : "closed");
+    for (const Duration change : door.changes)
+      text += fmt::format(" {:.3f}", o.simulation.start_time + to_seconds(change));
+    text += '\n';
+  }
+  io::write_file_atomically(o.doors, text);
+}
+
 /// What world, log and robot settle for each other where the user says nothing.
 void settle(SimulateOptions& o) {
   const bool park = o.world == "park", recorded = park || o.simulation.satellites.on;
@@ -208,6 +224,7 @@ void run_simulate(SimulateOptions& o) {
   sim::Simulator simulator(world, path, o.simulation);
   const Summary summary = write_log(simulator, o);
   if (!o.landmarks.empty()) write_landmarks(simulator, world, o);
+  if (!o.doors.empty()) write_doors(simulator, o);
   print_summary(o, summary, simulator.run());
 }
 
@@ -258,6 +275,13 @@ void add_simulate(CLI::App& app) {
   command->add_option("--people", o->simulation.people, "who walk along the same ways")
       ->check(CLI::Range(0, 1000).description(""))
       ->capture_default_str();
+  command
+      ->add_option("--door-period", o->simulation.door_period,
+                   "s, doors of the building open and close so often; 0: doorways are empty")
+      ->check(CLI::Range(0, 1000000).description(""))
+      ->capture_default_str();
+  command->add_option("--doors", o->doors,
+                      "a file to write: the true doors and when they opened and closed");
   command->add_option("--vehicles", o->simulation.vehicles, "that drive along the same ways")
       ->check(CLI::Range(0, 1000).description(""))
       ->capture_default_str();

@@ -176,6 +176,7 @@ void DynamicsMap::state_change(CellHistory& cell, float time) {
   std::uint16_t& count = cell.occupied ? cell.emptied : cell.filled;
   if (count < std::numeric_limits<std::uint16_t>::max()) ++count;
   cell.occupied = !cell.occupied;
+  (cell.occupied ? cell.occupied_time : cell.free_time) += time - cell.doubted;
   cell.confirmed = cell.doubted = time;
 }
 

@@ -48,7 +48,7 @@ Site drive(double seconds, const std::function<std::vector<sim::Segment>(double)
 }
 
 std::vector<sim::Segment> shut(double t) {
-  return t < 40 || t > 80 ? std::vector{kLeaf} : std::vector<sim::Segment>{};
+  return t < 39.9 || t > 79.9 ? std::vector{kLeaf} : std::vector<sim::Segment>{};
 }
 
 TEST(Doors, ADoorThatOpensIsFound) {
