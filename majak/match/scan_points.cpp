@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "majak/core/beam_delay.hpp"
+
 namespace majak::match {
 namespace {
 
@@ -69,10 +71,7 @@ void walk(const ScanPoints& points, const std::vector<int>& beams, int i, int di
 }  // namespace
 
 double beam_time(const Scan& scan, std::size_t beam, double mirror_turn) {
-  constexpr double kFired = radians(1.0);
-  const auto turns = std::max(1L, std::lround(kFired / std::abs(scan.angle_step)));
-  const auto turn = static_cast<double>(beam % static_cast<std::size_t>(turns));
-  return mirror_turn * (turn + static_cast<double>(beam) * std::abs(scan.angle_step) / (2 * kPi));
+  return beam_delay(scan.angle_step, beam, mirror_turn);
 }
 
 void BeamDirections::update(const Scan& scan) {

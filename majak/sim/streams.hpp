@@ -21,5 +21,6 @@ inline constexpr std::uint64_t kFelled = 11ULL << 40;      // index: disc
 inline constexpr std::uint64_t kVehicle = 12ULL << 40;     // index: vehicle
 inline constexpr std::uint64_t kFurnishing = 13ULL << 40;  // + visit, index: attempt
 inline constexpr std::uint64_t kDoorRun = 14ULL << 40;     // index: door
+inline constexpr std::uint64_t kSecondBeam = 15ULL << 40;  // + scan, index: beam
 
 }  // namespace majak::sim
