@@ -46,8 +46,9 @@ void check(const SolidPointsOptions& o) {
     throw Error("points: an option is out of its range");
 }
 
-/// Normal of the points around point `i`, towards `towards`; zero where they are not flat.
-Vec3 normal_at(const SolidCloud& cloud, std::size_t i, const Vec3& towards) {
+/// Normal of the points around point `i`; zero where they are not flat. The other face of a thin
+/// wall does not count.
+Vec3 normal_at(const SolidCloud& cloud, std::size_t i) {
   Vec3 sum = Vec3::Zero();
   Mat3 squares = Mat3::Zero();
   int n = 0;
@@ -57,14 +58,16 @@ Vec3 normal_at(const SolidCloud& cloud, std::size_t i, const Vec3& towards) {
                     here.cell[2] + k / 9 - 1};
     const std::int64_t found = cloud.find(cell);
     if (found < 0) continue;
-    const Vec3 off = cloud.points[static_cast<std::size_t>(found)].mean - here.mean;
+    const SolidPoint& there = cloud.points[static_cast<std::size_t>(found)];
+    if (there.towards.dot(here.towards) < 0) continue;
+    const Vec3 off = there.mean - here.mean;
     sum += off, squares += off * off.transpose(), ++n;
   }
   if (n < kFewest) return Vec3::Zero();
   const Eigen::SelfAdjointEigenSolver<Mat3> axes(squares - sum * sum.transpose() / n);
   if (!(axes.eigenvalues()[0] < kFlat * axes.eigenvalues()[1])) return Vec3::Zero();
   const Vec3 normal = axes.eigenvectors().col(0);
-  return normal.dot(towards) < 0 ? Vec3(-normal) : normal;
+  return normal.dot(here.towards) < 0 ? Vec3(-normal) : normal;
 }
 
 }  // namespace
@@ -171,17 +174,16 @@ SolidCloud SolidPoints::cloud() const {
     const Voxel& v = voxels_[order[i]];
     const Vec3 mean = v.sum / v.count;
     rank[order[i]] = i;
-    cloud.points.push_back({mean, Vec3::Zero(),
+    cloud.points.push_back({mean, Vec3::Zero(), v.towards.normalized(),
                             std::max(0.0, v.sum_zz / v.count - mean.z() * mean.z()), v.count,
                             static_cast<float>(v.intensity / v.count), v.cell});
   }
-  for (std::size_t i = 0; i < order.size(); ++i)
-    cloud.points[i].normal = normal_at(cloud, i, voxels_[order[i]].towards);
+  for (std::size_t i = 0; i < order.size(); ++i) cloud.points[i].normal = normal_at(cloud, i);
   for (auto [a, b, c] : triangles_) {
     const auto& p = cloud.points;
     a = rank[a], b = rank[b], c = rank[c];
     const Vec3 normal = (p[b].mean - p[a].mean).cross(p[c].mean - p[a].mean);
-    if (normal.dot(voxels_[order[a]].towards) < 0) std::swap(b, c);
+    if (normal.dot(p[a].towards) < 0) std::swap(b, c);
     cloud.triangles.push_back({a, b, c});
   }
   return cloud;

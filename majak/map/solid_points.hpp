@@ -41,9 +41,10 @@ inline void describe(OptionFields& fields, SolidPointsOptions& o) {
 
 /// All returns of one cube. Map frame, z up.
 struct SolidPoint {
-  Vec3 mean = Vec3::Zero();    ///< m
-  Vec3 normal = Vec3::Zero();  ///< unit, towards the laser; zero where neighbours do not tell
-  double variance_z = 0;       ///< m^2, of the returns' heights
+  Vec3 mean = Vec3::Zero();     ///< m
+  Vec3 normal = Vec3::Zero();   ///< unit, towards the laser; zero where neighbours do not tell
+  Vec3 towards = Vec3::Zero();  ///< unit, to the laser, on average
+  double variance_z = 0;        ///< m^2, of the returns' heights
   int count = 0;
   float intensity = 0;  ///< mean, raw units; 0 where the scans have none
   std::array<std::int32_t, 3> cell{};
@@ -69,7 +70,8 @@ class SolidPoints {
   /// Scans of other lasers than the mounting's are passed over.
   void add(const Scan& scan);
 
-  /// With normals: of the points in a cube and its 26 neighbours, where they are flat.
+  /// With normals: of the points in a cube and its 26 neighbours that were seen from the same side,
+  /// where they are flat.
   SolidCloud cloud() const;
 
   /// What was left out, and why.
