@@ -30,6 +30,7 @@ constexpr const char* kHelp =
     "  majak export hall dxf                  for CAD: hall.dxf\n"
     "  majak export hall svg -o plan.svg      for browsers and drawing programs\n"
     "  majak export hall geojson              for GIS; also wkt\n"
+    "  majak export hall glb                  walls raised to 2.5 m, for browsers; also wrl, ply\n"
     "  majak export hall dxf --set segments.min_length=0.2     shorter pieces, too\n"
     "  majak export map.yaml dxf              the walls of a map that others made of cells\n"
     "\n"
@@ -42,7 +43,8 @@ struct ExportFormat {
   const char* face;  ///< whose files have one that ends so
 };
 constexpr ExportFormat kFormats[] = {
-    {"svg", "segments"}, {"dxf", "segments"}, {"geojson", "segments"}, {"wkt", "segments"}};
+    {"svg", "segments"}, {"dxf", "segments"},  {"geojson", "segments"}, {"wkt", "segments"},
+    {"wrl", "walls-3d"}, {"glb", "walls-3d"}, {"ply", "walls-3d"}};
 
 struct ExportCommand {
   std::string run, format, output;
@@ -99,7 +101,7 @@ void add_export(CLI::App& app) {
       ->add_option("RUN", o->run,
                    "folder of a run, its site.majak; or a map of others: a YAML, a picture")
       ->required();
-  command->add_option("FORMAT", o->format, "svg, dxf, geojson or wkt")->required();
+  command->add_option("FORMAT", o->format, "svg, dxf, geojson, wkt, wrl, glb or ply")->required();
   command->add_option("-o,--output", o->output,
                       "the file (default: the run's name and the format)");
   command->add_option("--map-resolution", o->resolution, "m a pixel, of a picture without a YAML");

@@ -23,7 +23,7 @@
 #include "majak/io/solid_files.hpp"
 #include "majak/map/planes.hpp"
 #include "majak/map/raised_walls.hpp"
-#include "majak/map/solid_points.hpp"
+#include "majak/map/solid_map.hpp"
 #include "majak/sim/solid_simulator.hpp"
 
 namespace {
@@ -38,6 +38,8 @@ struct Wish {
   map::SegmentMapOptions segments;
   map::SolidPointsOptions points;
   map::PlaneOptions planes;
+  map::SolidOptions solid;
+  map::LaserMounting mounting;
 };
 
 double cpu() {
@@ -103,7 +105,7 @@ Drive drive(const Wish& wish, const sim::SolidRooms& rooms, const map::LaserMoun
 
 void measure_place(const Wish& wish) {
   const sim::SolidRooms rooms = wish.place == "rooms" ? sim::solid_rooms() : sim::solid_yard();
-  map::LaserMounting mounting = map::looking(wish.look);
+  const map::LaserMounting mounting = map::looking(wish.look, wish.mounting);
   const Drive driven = drive(wish, rooms, mounting);
   double begin = cpu();
   map::SolidPoints points(driven.site, mounting, wish.points, driven.tilt);
@@ -120,6 +122,7 @@ void measure_place(const Wish& wish) {
                                   [](std::int32_t p) { return p >= 0; });
   fmt::print("planes              {}, {} of all cubes, {} rounds, {:.2f} s\n", found.planes.size(),
              flat, found.rounds, cpu() - begin);
+  tell(wish, map::build_solid(cloud, found, wish.solid));
   for (const map::Plane& p : found.planes)
     fmt::print("  n {:6.3f} {:6.3f} {:6.3f} d {:7.3f} support {:7.1f} rms {:.4f}\n", p.normal.x(),
                p.normal.y(), p.normal.z(), p.offset, p.support, p.rms);
@@ -132,6 +135,8 @@ Wish wish_of(int argc, char** argv) {
   describe(fields, wish.segments);
   describe(fields, wish.points);
   describe(fields, wish.planes);
+  describe(fields, wish.solid);
+  describe(fields, wish.mounting);
   for (int i = 1; i < argc; ++i) {
     const std::string_view word = argv[i];
     const auto next = [&] {

@@ -235,7 +235,6 @@ class PlaneFinder {
         continue;
       tried_[i] = 1;
       Plane plane = grown_from(i);
-      for_each_point(plane, [&](std::uint32_t k, double e) { tried_[k] |= e > 0.5; });
       double gain = 0;
       for_each_point(plane, [&](std::uint32_t k, double e) { gain += better(e, best_[k]); });
       if (gain <= penalty_) continue;
