@@ -40,6 +40,8 @@ const ThesisFigure kFigures[] = {
     {"17", "an office building mapped by matching alone, beside the truth", false, figure_office},
     {"18", "obstacle inflation: a grid's obstacles grow by the robot's size, in both meanings",
      false, figure_inflation},
+    {"20", "a map of objects: the planes that an upright laser saw in rooms, as polygons", false,
+     figure_solid},
     {"21", "Dogma: nine grids of a room over time, what stays, and the objects that move", false,
      figure_dogma},
     {"22b", "the demonstration in a park: route and trunks, true and as seen; errors over range",

@@ -82,7 +82,8 @@ SolidRooms solid_yard() {
   b.outline({seen, 3}, {22, 7}, 0.4);
   b.flat("ramp", {12, 3, 0}, {4, 0, rise}, {0, 4, 0}, 0.4);
   b.flat("terrace", {16, 3, rise}, {6, 0, 0}, {0, 4, 0}, 0.4);
-  for (const double y : {3.0, 7.0}) b.flat("flank", {16, y, 0}, {6, 0, 0}, {0, 0, rise}, 0.4);
+  b.flat("flank", {16, 3, 0}, {6, 0, 0}, {0, 0, rise}, 0.4);
+  b.flat("flank", {16, 7, 0}, {0, 0, rise}, {6, 0, 0}, 0.4);
   b.flat("ground", {0, 0, 0}, {24, 0, 0}, {0, 14, 0}, 0.2);
   add_box(b.place.solid, "step", {4, 9.5, 0}, {8, 11.5, 0.15}, 0.5);
   add_box(b.place.solid, "kerb", {14, 9.5, 0}, {18, 11.5, 0.06}, 0.5);
@@ -91,7 +92,7 @@ SolidRooms solid_yard() {
   for (int i = 0; i < 4; ++i) {
     const Vec2 along = p[(i + 1) % 4] - p[i];
     b.place.plan.segments.push_back({p[i], p[(i + 1) % 4], 0.5});
-    b.flat("fence", {p[i].x(), p[i].y(), 0}, {along.x(), along.y(), 0}, {0, 0, 1}, 0.5);
+    b.flat("fence", {p[i].x(), p[i].y(), 0}, {0, 0, 1}, {along.x(), along.y(), 0}, 0.5);
   }
   b.place.plan.name = "solid_yard";
   b.place.plan.start = {6, 5, 0};
