@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "majak/core/error.hpp"
-#include "majak/map/drawable.hpp"
 #include "majak/map/occupancy_grid.hpp"
+#include "majak/map/scan_choice.hpp"
 #include "majak/map/scan_window.hpp"
 
 namespace majak::map {
@@ -50,29 +50,6 @@ void add(ScanWindow& window, OccupancyGrid& grid, const Steps& steps) {
   });
 }
 
-/// Scans that moved or turned far enough from the last chosen one of the same laser.
-std::vector<std::size_t> choose_scans(const Site& site, const OccupancyGridOptions& options) {
-  std::vector<std::size_t> chosen;
-  std::vector<std::pair<int, Pose2>> last;  // by laser
-  for (std::size_t i = 0; i < site.scans.size(); ++i) {
-    const PosedScan& posed = site.scans[i];
-    if (!drawable(posed, options.resolution, options.max_range)) continue;
-    const Pose2& pose = posed.estimate.T_map_robot;
-    const auto same = std::find_if(last.begin(), last.end(),
-                                   [&](const auto& l) { return l.first == posed.scan.laser; });
-    if (same != last.end()) {
-      const double moved = (pose.translation() - same->second.translation()).norm();
-      const double turned = std::abs(angle_diff(pose.theta, same->second.theta));
-      if (moved < options.scan_spacing && turned < options.scan_turn) continue;
-      same->second = pose;
-    } else {
-      last.emplace_back(posed.scan.laser, pose);
-    }
-    chosen.push_back(i);
-  }
-  return chosen;
-}
-
 void check(OccupancyGridOptions options) {
   OptionFields fields;
   describe(fields, options);
@@ -96,7 +73,8 @@ OccupancyGrid build_occupancy_grid(const Site& site, const OccupancyGridOptions&
   const Steps steps{to_units(options.log_odds_hit), to_units(-options.log_odds_miss),
                     to_units(options.log_odds_limit)};
   OccupancyGrid grid(options.resolution);
-  const std::vector<std::size_t> chosen = choose_scans(site, options);
+  const std::vector<std::size_t> chosen = scans_to_draw(
+      site, {options.resolution, options.max_range, options.scan_spacing, options.scan_turn});
   // A batch is drawn side by side and added in the order of the log.
   std::vector<ScanWindow> windows(static_cast<std::size_t>(std::max(1, threads.count)));
   for (std::size_t first = 0; first < chosen.size(); first += windows.size()) {
