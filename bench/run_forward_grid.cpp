@@ -3,8 +3,12 @@
 //   run_forward_grid RUN|SEED [--pieces] [--threads N] [NAME=VALUE ...]
 // RUN is a run's folder or its site.majak; SEED a number: a simulated tour of a building with that
 // seed, true poses. Every tenth of the scans that would be drawn is held out, with --pieces every
-// other 12 m of the way (scans that see nothing new). Options of both grids (forward_grid.*,
-// grid.*) may be given.
+// other 12 m of the way. Options of both grids (forward_grid.*, grid.*) may be given.
+//   mixture        nats a beam by the forward model; the log-odds grid as the likeliest function of
+//                  its log-odds; (own): of the scans that made the map
+//   cell by cell   nats a beam, cells before it passed, the last one hit, each by itself; cells of
+//                  like log-odds as the scans that made the map had them, or (own odds) as stated
+//   within, median the range before which half of all beams end, against the measured one
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -54,7 +58,11 @@ class Calibrated {
         ++ends_[kinds.back()];
       });
   }
+  /// As beams of the scans that made the map have it, and as the map's log-odds say.
   double probability(std::size_t kind) const { return ends_[kind] / beams_[kind]; }
+  static double own(std::size_t kind) {
+    return kind == 0 ? 0.5 : 1 / (1 + std::exp(0.25 * (129 - static_cast<double>(kind))));
+  }
 
   /// Kinds of the cells from the laser's to the one the beam ends in.
   template <class Visit>
@@ -139,47 +147,60 @@ Site simulated(int seed) {
   return site;
 }
 
-void scores(const char* name, const map::ForwardGrid& forward, const map::OccupancyGrid& grid,
-            const Split& split, double max_range) {
-  map::BeamScore mixture, trained;
-  for (const PosedScan& scan : split.asked.scans) {
-    const map::BeamScore s = forward.log_likelihood(scan);
-    mixture.log_likelihood += s.log_likelihood;
-    mixture.beams += s.beams;
+struct Mean {
+  double sum = 0, n = 0;
+  void add(double value) { sum += value, ++n; }
+  double mean() const { return sum / std::max(n, 1.0); }
+};
+
+double mixture(const map::ForwardGrid& grid, const Site& site) {
+  Mean mean;
+  for (const PosedScan& scan : site.scans) {
+    const map::BeamScore s = grid.log_likelihood(scan);
+    mean.sum += s.log_likelihood, mean.n += static_cast<double>(s.beams);
   }
-  for (const PosedScan& scan : split.made.scans) {
-    const map::BeamScore s = forward.log_likelihood(scan);
-    trained.log_likelihood += s.log_likelihood;
-    trained.beams += s.beams;
-  }
-  const Calibrated cells(grid, split.made, max_range);
-  double independent = 0, own = 0;
-  std::size_t beams = 0, near = 0;
-  std::vector<double> errors;
-  for (const PosedScan& scan : split.asked.scans) {
+  return mean.mean();
+}
+
+/// Each cell by itself: log(1 - p) of those before, log p of the one the beam ends in.
+template <class Probability>
+double cell_by_cell(const Calibrated& cells, const Site& site, Probability probability) {
+  Mean mean;
+  for (const PosedScan& scan : site.scans)
     cells.for_each_beam(scan, [&](const std::vector<std::size_t>& kinds, double) {
-      for (std::size_t k = 0; k + 1 < kinds.size(); ++k)
-        independent += std::log(1 - cells.probability(kinds[k]));
-      independent += std::log(cells.probability(kinds.back()));
-      ++beams;
+      double sum = std::log(probability(kinds.back()));
+      for (std::size_t k = 0; k + 1 < kinds.size(); ++k) sum += std::log(1 - probability(kinds[k]));
+      mean.add(sum);
     });
-    const Pose2 T = scan.estimate.T_map_robot * scan.scan.T_robot_laser;
-    for (std::size_t i = 0; i < scan.scan.ranges.size(); i += 5) {
-      const double r = scan.scan.ranges[i];
-      if (!(r > 0 && r <= max_range)) continue;
-      errors.push_back(std::abs(cells.median_range(T, scan.scan.angle(i)) - r));
-      near += errors.back() < 0.1;
+  return mean.mean();
+}
+
+/// Of every fifth beam, how far off the range is that the map lets expect (m).
+std::vector<double> range_errors(const Calibrated& cells, const Site& site, double max_range) {
+  std::vector<double> errors;
+  for (const PosedScan& posed : site.scans) {
+    const Pose2 T = posed.estimate.T_map_robot * posed.scan.T_robot_laser;
+    for (std::size_t i = 0; i < posed.scan.ranges.size(); i += 5) {
+      const double r = posed.scan.ranges[i];
+      if (r > 0 && r <= max_range)
+        errors.push_back(std::abs(cells.median_range(T, posed.scan.angle(i)) - r));
     }
   }
-  (void)own;
-  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2),
-                   errors.end());
-  const auto per = [](double sum, std::size_t n) { return sum / static_cast<double>(n); };
-  fmt::print(
-      "{:<10} {:>8.3f} {:>8.3f} {:>10.3f} {:>8.1f} % {:>8.3f} m   sigma {:.3f} random {:.3f}\n",
-      name, per(mixture.log_likelihood, mixture.beams), per(trained.log_likelihood, trained.beams),
-      per(independent, beams), 100 * per(static_cast<double>(near), errors.size()),
-      errors[errors.size() / 2], forward.model().sigma, forward.model().random);
+  std::sort(errors.begin(), errors.end());
+  return errors;
+}
+
+void scores(const char* name, const map::ForwardGrid& forward, const map::OccupancyGrid& grid,
+            const Split& split, double max_range) {
+  const Calibrated cells(grid, split.made, max_range);
+  const std::vector<double> errors = range_errors(cells, split.asked, max_range);
+  const auto near = std::lower_bound(errors.begin(), errors.end(), 0.1) - errors.begin();
+  fmt::print("{:<9} {:>8.3f} ({:>6.3f}) {:>11.3f} {:>11.3f} {:>9.1f} % {:>7.3f} m\n", name,
+             mixture(forward, split.asked), mixture(forward, split.made),
+             cell_by_cell(cells, split.asked, [&](std::size_t k) { return cells.probability(k); }),
+             cell_by_cell(cells, split.asked, [&](std::size_t k) { return Calibrated::own(k); }),
+             100.0 * static_cast<double>(near) / static_cast<double>(errors.size()),
+             errors[errors.size() / 2]);
 }
 
 void measure(const std::string& run, map::ForwardGridOptions options,
@@ -199,8 +220,6 @@ void measure(const std::string& run, map::ForwardGridOptions options,
     fmt::print("{} scans of {}, {} rounds, {:.2f} s of CPU, {:.2f} s; {} bytes, {:.0f} m2\n",
                whole.scans_drawn(), site->scans.size(), whole.posterior().size(), cpu() - begin,
                wall() - begin_wall, whole.bytes(), whole.known_area());
-    for (double p : whole.posterior()) fmt::print(" {:.0f}", p);
-    fmt::print("\n");
   }
   const Split parts = split(std::move(*site), options, pieces);
   options.scan_spacing = grid_options.scan_spacing = 0;
@@ -210,6 +229,7 @@ void measure(const std::string& run, map::ForwardGridOptions options,
   const map::ForwardGrid tied = fit_to_log_odds(log_odds, parts.made, options, threads);
   fmt::print("{} scans made the maps, {} are asked\n", parts.made.scans.size(),
              parts.asked.scans.size());
+  fmt::print("          mixture (own)     cell by cell  (own odds)  within 0.1 m  median\n");
   scores("log-odds", tied, log_odds, parts, options.max_range);
   scores("forward", forward, forward.log_odds(), parts, options.max_range);
 }

@@ -73,13 +73,11 @@ void ForwardCells::set(std::size_t cell, double stop_probability) {
   log_pass[cell] = std::log1p(-stop_probability);
 }
 
-void cells_on(const ForwardCells& cells, const BeamLine& line, int steps,
-              std::vector<std::uint32_t>& path) {
-  path.resize(static_cast<std::size_t>(std::max(steps, 0)));
+void cells_on(const ForwardCells& cells, const BeamLine& line, int steps, std::uint32_t* path,
+              std::size_t pitch) {
   int tx = 0, ty = 0;
   std::uint32_t base = 0, inside = 0;
   bool begun = false;
-  std::uint32_t* out = path.data();
   for_each_step(line, steps, [&](int ix, int iy) {
     if (!begun || ix >> kTileBits != tx || iy >> kTileBits != ty) {
       begun = true;
@@ -88,7 +86,8 @@ void cells_on(const ForwardCells& cells, const BeamLine& line, int steps,
       base = cells.tile(tx, ty);
       inside = base == 0 ? 0 : ~std::uint32_t{0};
     }
-    *out++ = base + (cell_in_tile(ix, iy) & inside);
+    *path = base + (cell_in_tile(ix, iy) & inside);
+    path += pitch;
   });
 }
 
@@ -115,7 +114,8 @@ BeamCause explain(const ForwardCells& cells, const ForwardModel& model, const Be
                   double max_range, const std::vector<std::uint32_t>& path,
                   std::vector<double>& stops) {
   const double mapped = 1 - model.random - model.none;
-  const double arrives = std::exp(log_passed(cells.log_pass.data(), path.data(), reading.before));
+  const double arrives =
+      std::exp(log_passed(cells.log_pass.data(), path.data(), reading.before * reading.rays));
   BeamCause cause;
   if (!reading.stopped) {  // (17.3)
     const double p = mapped * arrives + model.none;
@@ -131,13 +131,17 @@ BeamCause explain(const ForwardCells& cells, const ForwardModel& model, const Be
   double ratio = std::exp((off - 0.5 * step) * step * per_variance);
   const double change = std::exp(-step * step * per_variance);
   double left = mapped * arrives, sum = 0, squares = 0, miss = off;
-  stops.resize(static_cast<std::size_t>(reading.steps - reading.before));
-  for (std::size_t k = 0; k < stops.size(); ++k) {
-    const double stop = cells.stop[path[static_cast<std::size_t>(reading.before) + k]];
-    stops[k] = left * stop * density;
-    sum += stops[k];
-    squares += stops[k] * miss * miss;
-    left *= 1 - stop;
+  const auto rays = static_cast<std::size_t>(reading.rays);
+  stops.resize(static_cast<std::size_t>(reading.steps - reading.before) * rays);
+  const std::uint32_t* cell = path.data() + static_cast<std::size_t>(reading.before) * rays;
+  for (std::size_t k = 0; k < stops.size();) {
+    for (const std::size_t next = k + rays; k < next; ++k) {
+      const double stop = cells.stop[cell[k]];
+      stops[k] = left * stop * density;
+      sum += stops[k];
+      squares += stops[k] * miss * miss;
+      left *= 1 - stop;
+    }
     density *= ratio;
     ratio *= change;
     miss -= step;

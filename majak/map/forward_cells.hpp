@@ -39,16 +39,16 @@ struct ForwardCells {
   void set(std::size_t cell, double stop_probability);
 };
 
-/// From where a beam goes where to, in cells.
+/// From where a ray goes where to, in cells.
 struct BeamLine {
   Vec2 from;
   Vec2 step;  ///< of half a cell
 };
 
-/// Numbers of the cells under the middles of the first `steps` steps. The line may not leave the
-/// +- 2^30 cells around the origin.
-void cells_on(const ForwardCells& cells, const BeamLine& line, int steps,
-              std::vector<std::uint32_t>& path);
+/// Numbers of the cells under the middles of the first `steps` steps, written to every `pitch`th
+/// place from `path` on. The line may not leave the +- 2^30 cells around the origin.
+void cells_on(const ForwardCells& cells, const BeamLine& line, int steps, std::uint32_t* path,
+              std::size_t pitch = 1);
 /// Tiles under them, appended where they change.
 void tiles_on(const BeamLine& line, int steps, std::vector<ForwardCells::Place>& tiles);
 
@@ -60,6 +60,7 @@ struct BeamReading {
   bool stopped = true;  ///< false: it went on beyond `range`, or was lost
   int before = 0;       ///< steps that did not stop it, if it was not astray
   int steps = 0;        ///< all that matter
+  int rays = 1;         ///< cells in each step
 };
 /// `window`: m, how far off its stop a beam may measure.
 BeamReading read_beam(double range, bool stopped, double step, double window);
@@ -71,8 +72,8 @@ struct BeamCause {
   double squares = 0;         ///< m^2, (range - stop)^2 times its probability, summed over stops
 };
 
-/// The E-step. `path` are the reading's cells; `stops` gets the probability that the beam was
-/// stopped at each of the steps from reading.before on.
+/// The E-step. `path` are the reading's cells, step by step; `stops` gets the probability that the
+/// beam was stopped by each of the cells from step reading.before on.
 BeamCause explain(const ForwardCells& cells, const ForwardModel& model, const BeamReading& reading,
                   double max_range, const std::vector<std::uint32_t>& path,
                   std::vector<double>& stops);

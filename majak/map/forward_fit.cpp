@@ -94,9 +94,8 @@ class ForwardFit {
     std::vector<std::vector<ForwardCells::Place>> tiles(kBatch);
     for (std::size_t first = 0; first < chosen_.size(); first += kBatch) {
       const std::size_t count = std::min(kBatch, chosen_.size() - first);
-      parallel_for(threads_, count, [&](std::size_t i) {
-        tiles_of(site_.scans[chosen_[first + i]], tiles[i]);
-      });
+      parallel_for(threads_, count,
+                   [&](std::size_t i) { tiles_of(site_.scans[chosen_[first + i]], tiles[i]); });
       for (std::size_t i = 0; i < count; ++i)
         for (const auto& place : tiles[i]) grid_.cells_.add_tile(place.tx, place.ty);
     }
@@ -109,7 +108,8 @@ class ForwardFit {
     tiles.clear();
     ForwardBeams beams(grid_.cells_, grid_.options_);
     beams.for_each(scan, [&](const BeamLine& line, const BeamReading& reading) {
-      tiles_on(line, reading.steps, tiles);
+      for (int ray = 0; ray < beams.rays(); ++ray)
+        tiles_on(beams.turned(line, ray), reading.steps, tiles);
     });
     std::sort(tiles.begin(), tiles.end(), [](const auto& a, const auto& b) {
       return a.ty != b.ty ? a.ty < b.ty : a.tx < b.tx;
@@ -155,7 +155,7 @@ class ForwardFit {
       const ForwardGrid& grid = fit.grid_;
       ForwardBeams beams(grid.cells_, grid.options_);
       beams.for_each(posed, [&](const BeamLine& line, const BeamReading& reading) {
-        cells_on(grid.cells_, line, reading.steps, path);
+        beams.cells_on(line, reading, path);
         const BeamCause cause = blind ? straightforward(reading)
                                       : explain(grid.cells_, grid.model_, reading,
                                                 grid.options_.max_range, path, stops);
@@ -172,10 +172,12 @@ class ForwardFit {
     BeamCause straightforward(const BeamReading& reading) {
       const double step = fit.grid_.cells_.step(), sigma = fit.grid_.model_.sigma;
       BeamCause cause{0, 1, 0};
-      stops.assign(static_cast<std::size_t>(reading.steps - reading.before), 0);
+      const auto rays = static_cast<std::size_t>(reading.rays);
+      stops.assign(static_cast<std::size_t>(reading.steps - reading.before) * rays, 0);
       double sum = 0;
       for (std::size_t k = 0; k < stops.size(); ++k) {
-        const double off = (reading.range - (reading.before + static_cast<double>(k) + 0.5) * step);
+        const auto at = static_cast<double>(k / rays) + reading.before + 0.5;
+        const double off = reading.range - at * step;
         stops[k] = std::exp(-0.5 * off * off / (sigma * sigma));
         sum += stops[k];
         cause.squares += stops[k] * off * off;
@@ -188,11 +190,13 @@ class ForwardFit {
     void add(const BeamCause& cause, const BeamReading& reading) {
       double* passes = tally.passes.data();
       const double all = rounded(cause.seen);
-      for (int k = 0; k < reading.before; ++k) passes[path[static_cast<std::size_t>(k)]] += all;
+      for (int k = 0; k < reading.before * reading.rays; ++k)
+        passes[path[static_cast<std::size_t>(k)]] += all;
       if (!reading.stopped) return;
       double on = cause.seen;
+      const std::uint32_t* cells = path.data() + reading.before * reading.rays;
       for (std::size_t k = 0; k < stops.size(); ++k) {
-        const std::uint32_t cell = path[static_cast<std::size_t>(reading.before) + k];
+        const std::uint32_t cell = cells[k];
         on -= stops[k];
         tally.stops[cell] += rounded(stops[k]);
         passes[cell] += rounded(std::max(on, 0.0));

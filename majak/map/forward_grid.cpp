@@ -17,6 +17,10 @@ void describe(OptionFields& fields, ForwardGridOptions& o) {
              {"m", "a beam without return tells that so much is free; 0: nothing", 0, 1000});
   fields.add("forward_grid.sigma", o.sigma,
              {"m", "of a range, noise and pose, to begin with and at most", 1e-3, 10});
+  fields.add("forward_grid.beam_width", o.beam_width,
+             {"rad", "whole cone of a beam, of which the first thing stops it", 0, 1});
+  fields.add("forward_grid.rays", o.rays,
+             {"1", "side by side in the cone; 1: the middle line of the beam", 1, 99});
   fields.add("forward_grid.random", o.random,
              {"1", "share of returns from no surface, to begin with", 1e-6, 0.5});
   fields.add("forward_grid.none", o.none,
@@ -43,8 +47,9 @@ double ForwardGrid::stop_sigma(int ix, int iy) const {
   // (17.6): beta distribution of a step, then across the cell.
   const std::size_t cell = cells_.index(ix, iy);
   const double q = cells_.stop[cell];
-  const double beams = static_cast<double>(evidence_[cell]) + options_.prior_weight;
-  const double step_sigma = std::sqrt(q * (1 - q) / (beams + 1));
+  const double steps =
+      ForwardCells::kStepsPerCell * (static_cast<double>(evidence_[cell]) + options_.prior_weight);
+  const double step_sigma = std::sqrt(q * (1 - q) / (steps + 1));
   const double slope = ForwardCells::kStepsPerCell *
                        std::exp((ForwardCells::kStepsPerCell - 1) * cells_.log_pass[cell]);
   return slope * step_sigma;
@@ -84,7 +89,7 @@ BeamScore ForwardGrid::log_likelihood(const PosedScan& scan) const {
   std::vector<std::uint32_t> path;
   std::vector<double> stops;
   beams.for_each(scan, [&](const BeamLine& line, const BeamReading& reading) {
-    cells_on(cells_, line, reading.steps, path);
+    beams.cells_on(line, reading, path);
     score.log_likelihood +=
         explain(cells_, model_, reading, options_.max_range, path, stops).log_likelihood;
     ++score.beams;

@@ -27,6 +27,8 @@ struct ForwardGridOptions {
   double max_range = 30.0;       ///< m, a return beyond only tells that all before is free
   double no_return_range = 0.0;  ///< m, a beam without return tells so of so much; 0: nothing
   double sigma = 0.06;           ///< m, of a range (noise and pose) to begin with, and at most
+  double beam_width = 0;         ///< rad, of the whole cone; the first thing in it stops the beam
+  double rays = 1;               ///< side by side in the cone; 1: the beam is its middle line
   double random = 0.05;          ///< share of returns that come from no surface, to begin with
   double none = 0.01;            ///< share of beams that are lost on their way, to begin with
   double prior_stop = 0.02;      ///< an unseen half of a cell stops a beam with this probability
