@@ -15,7 +15,9 @@
 #include "majak/draw/figure.hpp"
 #include "majak/io/summary.hpp"
 #include "majak/map/contours.hpp"
+#include "majak/map/forward_grid.hpp"
 #include "majak/map/inflation.hpp"
+#include "majak/map/intensity.hpp"
 #include "majak/map/occupancy_grid.hpp"
 #include "majak/map/segment_map.hpp"
 
@@ -42,6 +44,8 @@ struct RobotSize {
 struct FaceOptions {
   map::OccupancyGridOptions grid;
   map::SegmentMapOptions segments;
+  map::ForwardGridOptions forward;
+  map::IntensityOptions intensity;
   RobotSize robot;
   map::InflationOptions inflation;
   Threads threads;
@@ -63,6 +67,8 @@ const Face& face(std::string_view name);
 FacePage sensor_face(const Site& site, const FaceOptions& options);
 FacePage occupancy_face(const Site& site, const FaceOptions& options);
 FacePage inflated_face(const Site& site, const FaceOptions& options);
+FacePage forward_face(const Site& site, const FaceOptions& options);
+FacePage intensity_face(const Site& site, const FaceOptions& options);
 FacePage segments_face(const Site& site, const FaceOptions& options);
 
 /// The same page of any walls, and of the walls of a map of cells (m of T_world_map's world), with

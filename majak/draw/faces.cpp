@@ -14,6 +14,8 @@ namespace {
 constexpr Face kFaces[] = {
     {"sensor", "what the laser saw: every return where the robot's pose puts it", sensor_face},
     {"occupancy", "occupied and free cells, each on its own (log-odds)", occupancy_face},
+    {"forward", "the one map under which all beams together are likeliest", forward_face},
+    {"intensity", "how bright surfaces are, whatever the distance", intensity_face},
     {"inflated", "where the robot's middle may not go", inflated_face},
     {"segments", "walls as straight pieces, each once", segments_face},
 };
@@ -57,6 +59,8 @@ void describe(OptionFields& fields, FaceOptions& o) {
   map::describe(fields, o.segments);
   fields.add("robot.radius", o.robot.radius, {"m", "of the robot as a disc", 0, 100});
   map::describe(fields, o.inflation);
+  map::describe(fields, o.forward);
+  map::describe(fields, o.intensity);
 }
 
 std::span<const Face> faces() { return kFaces; }

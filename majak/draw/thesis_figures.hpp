@@ -41,6 +41,7 @@ Figure figure_slam(const std::vector<Event>& events);             // 15
 Figure figure_sonar(const std::vector<Event>& events);            // 16
 Figure figure_office(const std::vector<Event>& events);           // 17
 Figure figure_inflation(const std::vector<Event>& events);        // 18
+Figure figure_forward(const std::vector<Event>& events);          // 19
 Figure figure_solid(const std::vector<Event>& events);            // 20
 Figure figure_dogma(const std::vector<Event>& events);            // 21
 Figure figure_park(const std::vector<Event>& events);             // 22b

@@ -85,6 +85,7 @@ class ForwardFit {
       maximize();
     }
     keep_evidence();
+    grid_.score_ = {total_.log_likelihood, total_.beams};
     return std::move(grid_);
   }
 

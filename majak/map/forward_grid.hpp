@@ -47,7 +47,7 @@ struct ForwardModel {
   double none = 0.01;    ///< share of beams that get lost
 };
 
-/// What of a log the sum of log-likelihoods is over. Densities are in 1/m.
+/// Of densities in 1/m.
 struct BeamScore {
   double log_likelihood = 0;  ///< nats
   std::size_t beams = 0;
@@ -70,6 +70,8 @@ class ForwardGrid {
   std::size_t scans_drawn() const { return scans_drawn_; }
   /// Log-posterior after each round, but for a constant; never falls.
   const std::vector<double>& posterior() const { return posterior_; }
+  /// Of the scans that made the map.
+  const BeamScore& score() const { return score_; }
 
   /// Of the beams of a scan from its pose, whether or not the map was made from it. Beams of which
   /// the map was told nothing by its options (without return, say) do not count.
@@ -86,6 +88,7 @@ class ForwardGrid {
   ForwardGridOptions options_;
   std::size_t scans_drawn_ = 0;
   std::vector<double> posterior_;
+  BeamScore score_;
 };
 
 /// The same bytes for any number of threads. Throws Error when an option is out of its range.
