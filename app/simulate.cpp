@@ -57,6 +57,7 @@ constexpr const char* kHelp =
     "Examples:\n"
     "  majak simulate                               a building, writes building.log\n"
     "  majak simulate ring -o ring.log --seed 7     a corridor that closes on itself\n"
+    "  majak simulate office-7                      an office building made up from the number 7\n"
     "  majak simulate plan.txt --drive ackermann    your own plan: '#' wall, '.' floor, '>' start\n"
     "  majak simulate floor.png --cell 0.02         a picture, dark is wall, 2 cm a pixel\n"
     "  majak simulate yard --drive car -o car.mcap  a car reports speed and steering, no poses\n"
@@ -235,7 +236,8 @@ void add_simulate(CLI::App& app) {
   CLI::App* command = app.add_subcommand("simulate", kHelp);
   command
       ->add_option("world", o->world,
-                   "building, ring, large_ring, corridor, yard, park, or a plan (text or PNG)")
+                   "building, ring, large_ring, corridor, yard, park, office-N (made up from the "
+                   "number N), or a plan (text or PNG)")
       ->capture_default_str();
   command->add_option(
       "-o,--output", o->output,

@@ -2,11 +2,15 @@
 #include "majak/sim/buildings.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <iterator>
+#include <optional>
+#include <string_view>
 
 #include "majak/core/error.hpp"
 #include "majak/core/random.hpp"
+#include "majak/sim/floor_plans.hpp"
 #include "majak/sim/park.hpp"
 
 namespace majak::sim {
@@ -311,7 +315,23 @@ std::vector<std::string> built_in_names() {
   return {"building", "ring", "large_ring", "corridor", "yard", "park"};
 }
 
+namespace {
+
+/// The seed of "office-7".
+std::optional<std::uint64_t> office_seed(std::string_view name) {
+  constexpr std::string_view kOffice = "office-";
+  if (!name.starts_with(kOffice)) return std::nullopt;
+  name.remove_prefix(kOffice.size());
+  std::uint64_t seed = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), seed);
+  if (error != std::errc() || end != name.data() + name.size()) return std::nullopt;
+  return seed;
+}
+
+}  // namespace
+
 Scene built_in(const std::string& name) {
+  if (const auto seed = office_seed(name)) return generated_building(*seed).scene;
   if (name == "building") return building();
   if (name == "ring") return ring();
   if (name == "large_ring") return large_ring();
@@ -320,8 +340,8 @@ Scene built_in(const std::string& name) {
   if (name == "park") return park();
   throw Error(
       name +
-      ": no such world: choose building, ring, large_ring, corridor, yard or park, or give a plan "
-      "file");
+      ": no such world: choose building, ring, large_ring, corridor, yard, park or office-1, "
+      "office-2 ... (any number), or give a plan file");
 }
 
 }  // namespace majak::sim

@@ -1,0 +1,475 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/map/topology.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "majak/core/error.hpp"
+#include "majak/map/distance_transform.hpp"
+#include "majak/map/door_gaps.hpp"
+#include "majak/map/region_outline.hpp"
+
+namespace majak::map {
+namespace {
+
+constexpr std::array<std::pair<int, int>, 4> kSides{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+constexpr std::array<std::pair<int, int>, 8> kAround{
+    {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
+constexpr double kSmallThing = 0.5;     // m: legs, chairs, people; whatever their shape
+constexpr double kCorridor = 4.0;       // slenderness from which on a room is one
+constexpr double kCorridorWidth = 3.6;  // m, at most
+constexpr double kHallArea = 45;        // m^2
+constexpr double kAhead = 0.35;         // m, before a door one is in the room
+constexpr double kLeafOut = 0.2;        // m from a door's line on, things are not of its wall
+constexpr double kLeafThick = 0.2;      // m, no leaf is
+constexpr double kCommonWall = 2.5;     // m on both sides of a gap that are looked at
+constexpr double kLeastCommon = 0.4;    // m of wall between two rooms, at least, and ...
+constexpr double kCommonShare = 0.4;    // ... for each m of gap
+constexpr double kFrayed = 0.3;         // share of wall around a room without doors, at least
+
+/// Cells of one kind that hang together; visit(cells) for each, ascending.
+template <std::size_t N, class In, class Visit>
+void for_each_component(int width, int height, const std::array<std::pair<int, int>, N>& around,
+                        const In& in, const Visit& visit) {
+  std::vector<std::uint8_t> seen(static_cast<std::size_t>(width) * height, 0);
+  std::vector<std::uint32_t> cells;
+  for (std::uint32_t start = 0; start < seen.size(); ++start) {
+    if (seen[start] || !in(start)) continue;
+    cells.assign(1, start);
+    seen[start] = 1;
+    for (std::size_t k = 0; k < cells.size(); ++k) {
+      const int x = static_cast<int>(cells[k] % width), y = static_cast<int>(cells[k] / width);
+      for (const auto& [dx, dy] : around) {
+        const int nx = x + dx, ny = y + dy;
+        if (nx < 0 || ny < 0 || nx >= width || ny >= height) continue;
+        const auto next = static_cast<std::uint32_t>(ny * width + nx);
+        if (seen[next] || !in(next)) continue;
+        seen[next] = 1;
+        cells.push_back(next);
+      }
+    }
+    visit(cells);
+  }
+}
+
+class Builder {
+ public:
+  Builder(const KnownMap& known, const TopologyOptions& options, Threads threads)
+      : known_(known), options_(options), threads_(threads) {
+    t_.resolution = known.resolution;
+    t_.x0 = known.x0;
+    t_.y0 = known.y0;
+    t_.width = known.width;
+    t_.height = known.height;
+    t_.labels.assign(known.cells.size(), -1);
+    walls_ = {known.width, known.height, {}};
+    walls_.cells.resize(known.cells.size());
+    std::transform(known.cells.begin(), known.cells.end(), walls_.cells.begin(),
+                   [](CellState s) { return s != CellState::free; });
+  }
+
+  Topology build() {
+    clear_furniture();
+    gaps_ = find_door_gaps(walls_, known_.resolution, options_, threads_);
+    if (take_off_leaves()) gaps_ = find_door_gaps(walls_, known_.resolution, options_, threads_);
+    cut_.assign(walls_.cells.size(), 0);
+    for (const DoorGap& gap : gaps_) cut(gap);
+    distances_ = squared_distances(walls_, threads_);
+    label_cores();
+    grow();
+    join_over_weak_gaps();
+    absorb_small_rooms();
+    join_over_weak_gaps();
+    join_doors();
+    drop_frayed();
+    describe_rooms();
+    place_furniture();
+    return std::move(t_);
+  }
+
+ private:
+  // --- What is wall and what stands about -------------------------------------------------------
+
+  struct Bounds {
+    int x0, y0, x1, y1;
+  };
+  Bounds bounds_of(const std::vector<std::uint32_t>& cells) const {
+    Bounds b{t_.width, t_.height, -1, -1};
+    for (const std::uint32_t cell : cells) {
+      const int x = static_cast<int>(cell % t_.width), y = static_cast<int>(cell / t_.width);
+      b = {std::min(b.x0, x), std::min(b.y0, y), std::max(b.x1, x), std::max(b.y1, y)};
+    }
+    return b;
+  }
+
+  /// Thicker than any wall somewhere.
+  bool fat(const std::vector<std::uint32_t>& cells, const Bounds& b) const {
+    CellMask outside{b.x1 - b.x0 + 3, b.y1 - b.y0 + 3, {}};
+    outside.cells.assign(static_cast<std::size_t>(outside.width) * outside.height, 1);
+    for (const std::uint32_t cell : cells)
+      outside.cells[outside.index(static_cast<int>(cell % t_.width) - b.x0 + 1,
+                                  static_cast<int>(cell / t_.width) - b.y0 + 1)] = 0;
+    const auto d = squared_distances(outside);
+    const double deepest = std::sqrt(*std::max_element(d.begin(), d.end())) - 0.5;
+    return 2 * deepest * t_.resolution > options_.thickest_wall;
+  }
+
+  /// Islands that are no pieces of wall become floor.
+  void clear_furniture() {
+    std::vector<std::uint32_t> cleared;
+    for_each_component(
+        t_.width, t_.height, kAround, [&](std::uint32_t c) { return walls_.cells[c] != 0; },
+        [&](const std::vector<std::uint32_t>& cells) {
+          const Bounds b = bounds_of(cells);
+          if (b.x0 == 0 || b.y0 == 0 || b.x1 == t_.width - 1 || b.y1 == t_.height - 1) return;
+          const Vec2 size = Vec2(b.x1 - b.x0 + 1, b.y1 - b.y0 + 1) * t_.resolution;
+          if (size.maxCoeff() > options_.furniture) return;
+          if (size.maxCoeff() > kSmallThing && !fat(cells, b)) return;
+          const Vec2 low = Vec2(t_.x0, t_.y0) + Vec2(b.x0, b.y0) * t_.resolution;
+          t_.furniture.push_back({low + size / 2, size, -1});
+          cleared.insert(cleared.end(), cells.begin(), cells.end());
+        });
+    for (const std::uint32_t cell : cleared) walls_.cells[cell] = 0;
+  }
+
+  /// Thin things that hang on a door's jamb, turned out of the wall and no longer than the door is
+  /// wide, become floor.
+  bool take_off_leaves() {
+    std::vector<std::uint32_t> leaves;
+    for (const DoorGap& gap : gaps_) {
+      if (gap.width > options_.widest_door) continue;
+      find_leaf(gap, gap.dx0, gap.dy0, leaves);
+      find_leaf(gap, gap.dx1, gap.dy1, leaves);
+    }
+    for (const std::uint32_t cell : leaves) walls_.cells[cell] = 0;
+    return !leaves.empty();
+  }
+
+  void find_leaf(const DoorGap& gap, int dx, int dy, std::vector<std::uint32_t>& leaves) const {
+    const Vec2 jamb(gap.ix + dx, gap.iy + dy);  // cells
+    const Vec2 across(-std::sin(gap.angle), std::cos(gap.angle));
+    const double wall = kLeafOut / t_.resolution, reach = (gap.width + 0.2) / t_.resolution;
+    std::vector<std::uint32_t> cells;
+    bool ends = true;
+    const auto add = [&](int x, int y) {
+      if (!walls_.at(x, y) || std::abs((Vec2(x, y) - jamb).dot(across)) < wall) return;
+      const auto c = static_cast<std::uint32_t>(walls_.index(x, y));
+      if (std::find(cells.begin(), cells.end(), c) != cells.end()) return;
+      ends = ends && (Vec2(x, y) - jamb).norm() <= reach && !bulky(x, y);
+      cells.push_back(c);
+    };
+    const int near = static_cast<int>(std::ceil(wall)) + 3;
+    for (int y = -near; y <= near; ++y)
+      for (int x = -near; x <= near; ++x)
+        add(static_cast<int>(jamb.x()) + x, static_cast<int>(jamb.y()) + y);
+    for (std::size_t k = 0; k < cells.size() && ends; ++k)
+      for (const auto& [ax, ay] : kAround)
+        add(static_cast<int>(cells[k] % t_.width) + ax, static_cast<int>(cells[k] / t_.width) + ay);
+    if (ends) leaves.insert(leaves.end(), cells.begin(), cells.end());
+  }
+
+  /// In the middle of a square of wall that no leaf has.
+  bool bulky(int x, int y) const {
+    const int half = std::max(1, static_cast<int>(std::lround(0.5 * kLeafThick / t_.resolution)));
+    for (int dy = -half; dy <= half; ++dy)
+      for (int dx = -half; dx <= half; ++dx)
+        if (!walls_.at(x + dx, y + dy)) return false;
+    return true;
+  }
+
+  /// A line of cells that hang together by their corners, so that no side-by-side way crosses it.
+  void cut(const DoorGap& gap) {
+    const int n = std::max(std::abs(gap.dx1 - gap.dx0), std::abs(gap.dy1 - gap.dy0));
+    for (int i = 0; i <= n; ++i) {
+      const double f = n == 0 ? 0 : static_cast<double>(i) / n;
+      const int x = gap.ix + static_cast<int>(std::lround(gap.dx0 + f * (gap.dx1 - gap.dx0)));
+      const int y = gap.iy + static_cast<int>(std::lround(gap.dy0 + f * (gap.dy1 - gap.dy0)));
+      cut_[walls_.index(x, y)] = 1;
+    }
+  }
+
+  // --- Rooms ------------------------------------------------------------------------------------
+
+  double area_of(std::size_t cells) const {
+    return static_cast<double>(cells) * t_.resolution * t_.resolution;
+  }
+
+  /// Where a passage is, it is wide enough somewhere; what hangs together without crossing a cut is
+  /// one room.
+  void label_cores() {
+    const double least = 0.5 * (options_.leak / t_.resolution + 1);
+    const auto core = [&](std::uint32_t c) {
+      return walls_.cells[c] == 0 && cut_[c] == 0 && distances_[c] >= least * least;
+    };
+    for_each_component(t_.width, t_.height, kSides, core,
+                       [&](const std::vector<std::uint32_t>& cells) {
+                         if (area_of(cells.size()) < 0.2 * options_.smallest_room) return;
+                         for (const std::uint32_t c : cells) t_.labels[c] = count_;
+                         ++count_;
+                       });
+  }
+
+  /// The rest of the floor goes to the room that reaches it first.
+  void grow() {
+    for (const bool over_cuts : {false, true}) {
+      std::vector<std::uint32_t> front;
+      for (std::uint32_t c = 0; c < t_.labels.size(); ++c)
+        if (t_.labels[c] >= 0) front.push_back(c);
+      for (std::size_t k = 0; k < front.size(); ++k)
+        for_each_side(front[k], [&](std::uint32_t next) {
+          if (t_.labels[next] >= 0 || walls_.cells[next] != 0) return;
+          if (cut_[next] != 0 && !over_cuts) return;
+          t_.labels[next] = t_.labels[front[k]];
+          front.push_back(next);
+        });
+    }
+  }
+
+  template <class Visit>
+  void for_each_side(std::uint32_t cell, const Visit& visit) const {
+    const int x = static_cast<int>(cell % t_.width), y = static_cast<int>(cell / t_.width);
+    for (const auto& [dx, dy] : kSides)
+      if (walls_.inside(x + dx, y + dy))
+        visit(static_cast<std::uint32_t>(walls_.index(x + dx, y + dy)));
+  }
+
+  /// A room that is too small becomes part of the one with which it shares the longest border, the
+  /// smallest first; none where there is no other.
+  void absorb_small_rooms() {
+    std::vector<std::size_t> size(count_, 0);
+    std::vector<std::vector<int>> border(count_, std::vector<int>(count_, 0));
+    for (std::uint32_t c = 0; c < t_.labels.size(); ++c) {
+      if (t_.labels[c] < 0) continue;
+      ++size[t_.labels[c]];
+      for_each_side(c, [&](std::uint32_t n) {
+        if (t_.labels[n] >= 0 && t_.labels[n] != t_.labels[c]) ++border[t_.labels[c]][t_.labels[n]];
+      });
+    }
+    std::vector<int> becomes(count_);
+    std::iota(becomes.begin(), becomes.end(), 0);
+    for (;;) {
+      int smallest = -1;
+      for (int r = 0; r < count_; ++r)
+        if (becomes[r] == r && area_of(size[r]) < options_.smallest_room &&
+            (smallest < 0 || size[r] < size[smallest]))
+          smallest = r;
+      if (smallest < 0) break;
+      const auto& shared = border[smallest];
+      const int into =
+          static_cast<int>(std::max_element(shared.begin(), shared.end()) - shared.begin());
+      const bool alone = shared[into] == 0;
+      becomes[smallest] = alone ? -1 : into;
+      if (alone) continue;
+      size[into] += size[smallest];
+      for (int r = 0; r < count_; ++r) {
+        if (r != into) {
+          border[into][r] += border[smallest][r];
+          border[r][into] += border[smallest][r];
+        }
+        border[r][smallest] = border[smallest][r] = 0;
+      }
+    }
+    renumber(becomes);
+  }
+
+  /// becomes[r]: another room (which may become something in turn), itself, or -1.
+  void renumber(std::vector<int> becomes) {
+    const auto last = [&](int r) {
+      while (r >= 0 && becomes[r] != r) r = becomes[r];
+      return r;
+    };
+    std::vector<int> number(becomes.size(), -1);
+    int count = 0;
+    for (int r = 0; r < static_cast<int>(becomes.size()); ++r)
+      if (becomes[r] == r) number[r] = count++;
+    for (std::int32_t& label : t_.labels) {
+      const int r = label < 0 ? -1 : last(label);
+      label = r < 0 ? -1 : number[r];
+    }
+    count_ = count;
+  }
+
+  // --- Doors ------------------------------------------------------------------------------------
+
+  /// The rooms to the left and to the right of a gap, -1 where none is.
+  std::pair<int, int> sides_of(const DoorGap& gap) const {
+    const double ahead = kAhead / t_.resolution;
+    const auto room = [&](double distance) {
+      const int x = gap.ix - static_cast<int>(std::lround(distance * std::sin(gap.angle)));
+      const int y = gap.iy + static_cast<int>(std::lround(distance * std::cos(gap.angle)));
+      return walls_.inside(x, y) ? t_.labels[walls_.index(x, y)] : -1;
+    };
+    return {room(ahead), room(-ahead)};
+  }
+
+  /// Is there wall across the line at `at` (cells), with `a` to its left and `b` to its right?
+  bool parts(const Vec2& at, const Vec2& left, int a, int b) const {
+    const int reach = static_cast<int>(std::lround((options_.thickest_wall + 0.2) / t_.resolution));
+    bool behind_a = false, in_wall = false;  // going from left to right
+    for (int i = reach; i >= -reach; --i) {
+      const int x = static_cast<int>(std::lround(at.x() + i * left.x()));
+      const int y = static_cast<int>(std::lround(at.y() + i * left.y()));
+      if (!walls_.inside(x, y)) continue;
+      const std::size_t c = walls_.index(x, y);
+      if (walls_.cells[c] != 0) {
+        in_wall = behind_a;
+      } else {
+        if (in_wall && t_.labels[c] == b) return true;
+        behind_a = t_.labels[c] == a;
+        in_wall = false;
+      }
+    }
+    return false;
+  }
+
+  /// m of wall in line with a gap that part the same two rooms.
+  double common_wall(const DoorGap& gap, int a, int b) const {
+    const Vec2 along(std::cos(gap.angle), std::sin(gap.angle)), left(-along.y(), along.x());
+    const Vec2 middle(gap.ix, gap.iy);
+    int cells = 0;
+    for (const double sign : {1.0, -1.0}) {
+      const double from = sign > 0 ? Vec2(gap.dx0, gap.dy0).norm() : Vec2(gap.dx1, gap.dy1).norm();
+      for (int i = 1; i * t_.resolution <= kCommonWall; ++i)
+        cells += parts(middle + sign * (from + i) * along, left, a, b);
+    }
+    return cells * t_.resolution;
+  }
+
+  /// Two rooms become one over a gap beside which hardly any wall parts them; the weakest first,
+  /// since then the walls of others part other rooms.
+  void join_over_weak_gaps() {
+    for (;;) {
+      double weakest = 1;
+      std::pair<int, int> pair;
+      for (const DoorGap& gap : gaps_) {
+        const auto [a, b] = sides_of(gap);
+        if (a < 0 || b < 0 || a == b) continue;
+        const double least = std::max(kLeastCommon, kCommonShare * gap.width);
+        const double strength = common_wall(gap, a, b) / least;
+        if (strength >= weakest) continue;
+        weakest = strength;
+        pair = std::minmax(a, b);
+      }
+      if (weakest >= 1) return;
+      std::vector<int> becomes(count_);
+      std::iota(becomes.begin(), becomes.end(), 0);
+      becomes[pair.second] = pair.first;
+      renumber(becomes);
+    }
+  }
+
+  /// A gap between two rooms is a door.
+  void join_doors() {
+    for (const DoorGap& gap : gaps_) {
+      const auto [a, b] = sides_of(gap);
+      if (a < 0 || b < 0 || a == b) continue;
+      const Vec2 middle = t_.centre(static_cast<std::uint32_t>(walls_.index(gap.ix, gap.iy)));
+      const Vec2 offset = 0.5 * t_.resolution * Vec2(gap.dx0 + gap.dx1, gap.dy0 + gap.dy1);
+      t_.doors.push_back({middle + offset,
+                          {std::cos(gap.angle), std::sin(gap.angle)},
+                          gap.width,
+                          std::min(a, b),
+                          std::max(a, b),
+                          gap.width > options_.widest_door});
+    }
+  }
+
+  /// What was seen through windows: no doors, and little wall around it.
+  void drop_frayed() {
+    std::vector<int> wall(count_, 0), open(count_, 0), doors(count_, 0), becomes(count_);
+    for (const Doorway& d : t_.doors) ++doors[d.from], ++doors[d.to];
+    for (std::uint32_t c = 0; c < t_.labels.size(); ++c) {
+      const int r = t_.labels[c];
+      if (r < 0) continue;
+      for_each_side(c, [&](std::uint32_t n) {
+        if (walls_.cells[n] == 0) return;
+        ++(known_.cells[n] == CellState::occupied ? wall : open)[r];
+      });
+    }
+    for (int r = 0; r < count_; ++r)
+      becomes[r] = doors[r] == 0 && wall[r] < kFrayed * (wall[r] + open[r]) ? -1 : r;
+    std::vector<int> number(count_);
+    for (int r = 0, count = 0; r < count_; ++r) number[r] = becomes[r] == r ? count++ : -1;
+    for (Doorway& d : t_.doors) d.from = number[d.from], d.to = number[d.to];
+    renumber(becomes);
+  }
+
+  // --- What is known of them --------------------------------------------------------------------
+
+  void describe_rooms() {
+    t_.rooms.resize(count_);
+    for (std::uint32_t c = 0; c < t_.labels.size(); ++c)
+      if (t_.labels[c] >= 0) t_.rooms[t_.labels[c]].cells.push_back(c);
+    for (const Doorway& d : t_.doors) ++t_.rooms[d.from].doors, ++t_.rooms[d.to].doors;
+    for (int r = 0; r < count_; ++r) describe_room(r);
+  }
+
+  void describe_room(int number) {
+    Room& room = t_.rooms[number];
+    room.area = area_of(room.cells.size());
+    std::uint32_t widest = room.cells.front();
+    Vec2 sum = Vec2::Zero();
+    for (const std::uint32_t c : room.cells) {
+      sum += t_.centre(c);
+      if (distances_[c] > distances_[widest]) widest = c;
+    }
+    room.centroid = sum / static_cast<double>(room.cells.size());
+    room.widest_spot = t_.centre(widest);
+    room.clearance = (std::sqrt(distances_[widest]) - 0.5) * t_.resolution;
+    room.slenderness = room.area / std::pow(2 * room.clearance, 2);
+    room.kind = room.slenderness >= kCorridor && 2 * room.clearance <= kCorridorWidth
+                    ? RoomKind::corridor
+                : room.area >= kHallArea ? RoomKind::hall
+                                         : RoomKind::room;
+    room.outline = region_outline(t_, number);
+  }
+
+  void place_furniture() {
+    for (Furniture& f : t_.furniture) f.room = t_.room_at(f.centre);
+    std::erase_if(t_.furniture, [](const Furniture& f) { return f.room < 0; });
+  }
+
+  const KnownMap& known_;
+  const TopologyOptions& options_;
+  Threads threads_;
+  Topology t_;
+  CellMask walls_;
+  std::vector<DoorGap> gaps_;
+  std::vector<std::uint8_t> cut_;
+  std::vector<std::int32_t> distances_;
+  int count_ = 0;
+};
+
+void require_in_range(TopologyOptions options) {
+  OptionFields fields;
+  describe(fields, options);
+  for (const OptionField& field : fields.list) {
+    const double value = *std::get<double*>(field.value);
+    if (!(value >= field.info.min && value <= field.info.max))
+      throw Error("option " + field.name + " is out of its range");
+  }
+}
+
+}  // namespace
+
+const char* name_of(RoomKind kind) {
+  return kind == RoomKind::room ? "room" : kind == RoomKind::corridor ? "corridor" : "hall";
+}
+
+int Topology::room_at(const Vec2& p) const {
+  const double x = std::floor((p.x() - x0) / resolution), y = std::floor((p.y() - y0) / resolution);
+  if (!(x >= 0 && y >= 0 && x < width && y < height)) return -1;
+  return labels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                static_cast<std::size_t>(x)];
+}
+
+Topology build_topology(const KnownMap& known, const TopologyOptions& options, Threads threads) {
+  require_in_range(options);
+  return Builder(known, options, threads).build();
+}
+
+}  // namespace majak::map
