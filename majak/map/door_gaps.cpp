@@ -10,6 +10,9 @@ namespace majak::map {
 namespace {
 
 constexpr int kDirections = 36;      // over half a turn
+constexpr double kThin = 0.5;        // share of a jamb
+constexpr int kFace = 3;             // cells before the floor in which a wall's face is
+constexpr double kOneSide = 0.8;     // share of a jamb that makes up for a bad one opposite
 constexpr double kStraight = 1.25;   // cells, by which a wall may depart from a line
 constexpr double kLong = 1.5;        // m of wall in line with a gap that are looked for
 constexpr double kWallInLine = 0.9;  // m, at least, on both sides together
@@ -39,14 +42,19 @@ struct Jamb {
   double thin = 0;    ///< share of its length that is wall with floor on both sides
   double corner = 0;  ///< share with floor on one side only
   double middle = 0;  ///< cells, of the wall, to the left of the line
-  int straight = 0;   ///< cells of wall in line with the gap, further on
 };
 
 class Search {
  public:
-  Search(const CellMask& walls, double resolution, const TopologyOptions& o)
-      : walls_(walls), resolution_(resolution), options_(o) {
+  Search(const CellMask& walls, const CellMask& surfaces, double resolution,
+         const TopologyOptions& o, Threads threads)
+      : walls_(walls),
+        surfaces_(surfaces),
+        resolution_(resolution),
+        options_(o),
+        distances_(squared_distances(walls, threads)) {
     narrowest_ = o.narrowest_door / resolution;
+    nearest_ = std::max(1.0, 0.5 * narrowest_ - 1);
     reach_ = static_cast<int>(std::ceil(0.5 * o.widest_opening / resolution));
     jamb_ = std::max(2, static_cast<int>(std::lround(o.jamb / resolution)));
     long_ = std::max(jamb_ + 1, static_cast<int>(std::lround(kLong / resolution)));
@@ -63,7 +71,8 @@ class Search {
   std::vector<DoorGap> row(int iy) const {
     std::vector<DoorGap> found;
     for (int ix = 0; ix < walls_.width; ++ix) {
-      if (walls_.at(ix, iy)) continue;
+      const auto distance = distances_[walls_.index(ix, iy)];
+      if (distance < nearest_ * nearest_ || distance > reach_ * reach_) continue;
       for (const Direction& d : directions_)
         if (const auto gap = look(ix, iy, d)) found.push_back(*gap);
     }
@@ -78,25 +87,28 @@ class Search {
     return i;
   }
 
-  /// Steps across to the floor, or more than thick_.
+  /// Steps across to the floor, or more than thick_; also where no surface was seen between: what
+  /// stands in a room hides the floor behind it, which is no wall.
   int to_floor(int ix, int iy, const std::vector<Step>& across) const {
     for (int i = 1; i <= thick_; ++i)
       if (floor(ix + across[i].dx, iy + across[i].dy) &&
-          floor(ix + across[i + 1].dx, iy + across[i + 1].dy))
-        return i;
+          floor(ix + across[i + 1].dx, iy + across[i + 1].dy)) {
+        bool seen = false;
+        for (int k = std::max(0, i - kFace); k < i; ++k)
+          seen = seen || surfaces_.at(ix + across[k].dx, iy + across[k].dy);
+        return seen ? i : thick_ + 1;
+      }
     return thick_ + 1;
   }
   bool floor(int ix, int iy) const { return walls_.inside(ix, iy) && !walls_.at(ix, iy); }
 
-  /// Wall counts as long as it goes on in the line's direction.
-  Jamb jamb(int ix, int iy, const std::vector<Step>& ray, int first, const Direction& d) const {
+  /// What is beside the gap's end, from `first` + 1 on, `length` steps. Wall counts as long as it
+  /// goes on in the line's direction.
+  Jamb jamb(int ix, int iy, const std::vector<Step>& ray, int first, int length,
+            const Direction& d) const {
     Jamb jamb;
     int thin = 0, corner = 0, face = 0, side = 0;
-    for (int i = first + 1; i <= first + long_; ++i) {
-      if (i == first + jamb_ + 1) {
-        jamb.thin = static_cast<double>(thin) / jamb_;
-        jamb.corner = static_cast<double>(corner) / jamb_;
-      }
+    for (int i = first + 1; i <= first + length; ++i) {
       const int x = ix + ray[i].dx, y = iy + ray[i].dy;
       if (!walls_.at(x, y) && !walls_.at(x + d.left[1].dx, y + d.left[1].dy) &&
           !walls_.at(x + d.right[1].dx, y + d.right[1].dy))
@@ -112,7 +124,8 @@ class Search {
         if (at == side && std::abs(here - face) <= kStraight) ++corner;
       }
     }
-    jamb.straight = thin + corner;
+    jamb.thin = static_cast<double>(thin) / length;
+    jamb.corner = static_cast<double>(corner) / length;
     return jamb;
   }
 
@@ -132,17 +145,20 @@ class Search {
     if (std::abs(ahead - back) > 1) return std::nullopt;
     const double width = (ahead + back - 1) * resolution_;
     if (width < options_.narrowest_door || width > options_.widest_opening) return std::nullopt;
-    const Jamb a = jamb(ix, iy, d.ahead, ahead, d), b = jamb(ix, iy, d.back, back, d);
+    const Jamb a = jamb(ix, iy, d.ahead, ahead, jamb_, d);
+    const Jamb b = jamb(ix, iy, d.back, back, jamb_, d);
     const double least = std::min(a.thin, b.thin), most = std::max(a.thin, b.thin);
     const bool opening = width > options_.widest_door;
     const Jamb& other = a.thin < b.thin ? a : b;
-    const bool both = least >= 0.6 && std::abs(a.middle - b.middle) <= kInLine;
-    const bool corner = most >= 0.6 && other.thin + other.corner >= 0.8;
+    const bool both = least >= kThin && std::abs(a.middle - b.middle) <= kInLine;
+    const bool corner =
+        most >= kOneSide || (most >= kThin && other.thin + other.corner >= kOneSide);
     if (!(both || (corner && !opening)) || !passable(ix, iy, d)) return std::nullopt;
-    const int straight = a.straight + b.straight;
-    if (straight * resolution_ < kWallInLine) return std::nullopt;
-    const double score = 0.5 * (least + most) + 0.1 * other.corner - 0.2 * width +
-                         0.3 * straight / (2 * long_) -
+    const Jamb far_a = jamb(ix, iy, d.ahead, ahead, long_, d);
+    const Jamb far_b = jamb(ix, iy, d.back, back, long_, d);
+    const double straight = 0.5 * (far_a.thin + far_a.corner + far_b.thin + far_b.corner);
+    if (straight * 2 * kLong < kWallInLine) return std::nullopt;
+    const double score = 0.5 * (least + most) + 0.1 * other.corner - 0.2 * width + 0.3 * straight -
                          0.02 * (std::abs(a.middle) + std::abs(b.middle));
     return DoorGap{ix,
                    iy,
@@ -155,10 +171,12 @@ class Search {
                    score};
   }
 
-  const CellMask& walls_;
+  const CellMask &walls_, &surfaces_;
   double resolution_;
   const TopologyOptions& options_;
-  double narrowest_ = 0;                                         // cells
+  std::vector<std::int32_t> distances_;
+  double nearest_ = 0;    // cells from a gap's middle to the wall
+  double narrowest_ = 0;  // cells
   int reach_ = 0, jamb_ = 0, long_ = 0, thick_ = 0, ahead_ = 0;  // cells
   std::vector<Direction> directions_;
 };
@@ -170,9 +188,10 @@ bool overlap(const DoorGap& a, const DoorGap& b, double resolution) {
 
 }  // namespace
 
-std::vector<DoorGap> find_door_gaps(const CellMask& walls, double resolution,
-                                    const TopologyOptions& options, Threads threads) {
-  const Search search(walls, resolution, options);
+std::vector<DoorGap> find_door_gaps(const CellMask& walls, const CellMask& surfaces,
+                                    double resolution, const TopologyOptions& options,
+                                    Threads threads) {
+  const Search search(walls, surfaces, resolution, options, threads);
   std::vector<std::vector<DoorGap>> rows(static_cast<std::size_t>(walls.height));
   parallel_for(threads, rows.size(),
                [&](std::size_t iy) { rows[iy] = search.row(static_cast<int>(iy)); });

@@ -20,9 +20,10 @@ struct DoorGap {
   double score = 0;      ///< 0 ... 1: how much of both jambs is thin wall, less for wide gaps
 };
 
-/// In `walls`, whose cells have sides of `resolution` m. The best ones first; none overlaps a
-/// better one.
-std::vector<DoorGap> find_door_gaps(const CellMask& walls, double resolution,
-                                    const TopologyOptions& options, Threads threads = {});
+/// In `walls`, all that is no floor; `surfaces` are those of its cells in which something was seen.
+/// Cells have sides of `resolution` m. The best gaps first; none overlaps a better one.
+std::vector<DoorGap> find_door_gaps(const CellMask& walls, const CellMask& surfaces,
+                                    double resolution, const TopologyOptions& options,
+                                    Threads threads = {});
 
 }  // namespace majak::map

@@ -70,12 +70,16 @@ class Builder {
     walls_.cells.resize(known.cells.size());
     std::transform(known.cells.begin(), known.cells.end(), walls_.cells.begin(),
                    [](CellState s) { return s != CellState::free; });
+    surfaces_ = walls_;
+    std::transform(known.cells.begin(), known.cells.end(), surfaces_.cells.begin(),
+                   [](CellState s) { return s == CellState::occupied; });
   }
 
   Topology build() {
-    clear_furniture();
-    gaps_ = find_door_gaps(walls_, known_.resolution, options_, threads_);
-    if (take_off_leaves()) gaps_ = find_door_gaps(walls_, known_.resolution, options_, threads_);
+    clear_small_things();
+    gaps_ = find_door_gaps(walls_, surfaces_, known_.resolution, options_, threads_);
+    if (take_off_leaves())
+      gaps_ = find_door_gaps(walls_, surfaces_, known_.resolution, options_, threads_);
     cut_.assign(walls_.cells.size(), 0);
     for (const DoorGap& gap : gaps_) cut(gap);
     distances_ = squared_distances(walls_, threads_);
@@ -86,6 +90,7 @@ class Builder {
     join_over_weak_gaps();
     join_doors();
     drop_frayed();
+    clear_furniture();
     describe_rooms();
     place_furniture();
     return std::move(t_);
@@ -106,34 +111,56 @@ class Builder {
     return b;
   }
 
-  /// Thicker than any wall somewhere.
-  bool fat(const std::vector<std::uint32_t>& cells, const Bounds& b) const {
-    CellMask outside{b.x1 - b.x0 + 3, b.y1 - b.y0 + 3, {}};
-    outside.cells.assign(static_cast<std::size_t>(outside.width) * outside.height, 1);
-    for (const std::uint32_t cell : cells)
-      outside.cells[outside.index(static_cast<int>(cell % t_.width) - b.x0 + 1,
-                                  static_cast<int>(cell / t_.width) - b.y0 + 1)] = 0;
-    const auto d = squared_distances(outside);
-    const double deepest = std::sqrt(*std::max_element(d.begin(), d.end())) - 0.5;
-    return 2 * deepest * t_.resolution > options_.thickest_wall;
+  /// Small islands, whatever they are, become floor.
+  void clear_small_things() {
+    std::vector<std::uint32_t> cleared;
+    for_each_island(kSmallThing, [&](const std::vector<std::uint32_t>& cells, const Bounds& b) {
+      note_furniture(b);
+      cleared.insert(cleared.end(), cells.begin(), cells.end());
+    });
+    for (const std::uint32_t cell : cleared) walls_.cells[cell] = 0;
   }
 
-  /// Islands that are no pieces of wall become floor.
-  void clear_furniture() {
-    std::vector<std::uint32_t> cleared;
+  /// Islands of at most `size` m that touch the map's rim nowhere.
+  template <class Visit>
+  void for_each_island(double size, const Visit& visit) const {
     for_each_component(
         t_.width, t_.height, kAround, [&](std::uint32_t c) { return walls_.cells[c] != 0; },
         [&](const std::vector<std::uint32_t>& cells) {
           const Bounds b = bounds_of(cells);
           if (b.x0 == 0 || b.y0 == 0 || b.x1 == t_.width - 1 || b.y1 == t_.height - 1) return;
-          const Vec2 size = Vec2(b.x1 - b.x0 + 1, b.y1 - b.y0 + 1) * t_.resolution;
-          if (size.maxCoeff() > options_.furniture) return;
-          if (size.maxCoeff() > kSmallThing && !fat(cells, b)) return;
-          const Vec2 low = Vec2(t_.x0, t_.y0) + Vec2(b.x0, b.y0) * t_.resolution;
-          t_.furniture.push_back({low + size / 2, size, -1});
-          cleared.insert(cleared.end(), cells.begin(), cells.end());
+          if (std::max(b.x1 - b.x0 + 1, b.y1 - b.y0 + 1) * t_.resolution <= size) visit(cells, b);
         });
-    for (const std::uint32_t cell : cleared) walls_.cells[cell] = 0;
+  }
+
+  void note_furniture(const Bounds& b) {
+    const Vec2 size = Vec2(b.x1 - b.x0 + 1, b.y1 - b.y0 + 1) * t_.resolution;
+    const Vec2 low = Vec2(t_.x0, t_.y0) + Vec2(b.x0, b.y0) * t_.resolution;
+    t_.furniture.push_back({low + size / 2, size, -1});
+  }
+
+  /// An island around which there is one room and no other stands on its floor; pieces of wall have
+  /// different rooms at their sides.
+  void clear_furniture() {
+    std::vector<std::pair<std::uint32_t, int>> cleared;
+    for_each_island(options_.furniture,
+                    [&](const std::vector<std::uint32_t>& cells, const Bounds& b) {
+                      int room = -1;
+                      bool one = true;
+                      for (const std::uint32_t c : cells)
+                        for_each_side(c, [&](std::uint32_t n) {
+                          if (walls_.cells[n] != 0) return;
+                          one = one && t_.labels[n] >= 0 && (room < 0 || room == t_.labels[n]);
+                          room = t_.labels[n];
+                        });
+                      if (!one || room < 0) return;
+                      note_furniture(b);
+                      for (const std::uint32_t c : cells) cleared.emplace_back(c, room);
+                    });
+    for (const auto& [cell, room] : cleared) {
+      walls_.cells[cell] = 0;
+      t_.labels[cell] = room;
+    }
   }
 
   /// Thin things that hang on a door's jamb, turned out of the wall and no longer than the door is
@@ -237,43 +264,46 @@ class Builder {
         visit(static_cast<std::uint32_t>(walls_.index(x + dx, y + dy)));
   }
 
-  /// A room that is too small becomes part of the one with which it shares the longest border, the
-  /// smallest first; none where there is no other.
-  void absorb_small_rooms() {
+  /// The smallest room that is too small, or -1.
+  int too_small() const {
     std::vector<std::size_t> size(count_, 0);
-    std::vector<std::vector<int>> border(count_, std::vector<int>(count_, 0));
+    for (const std::int32_t label : t_.labels)
+      if (label >= 0) ++size[label];
+    const auto least = std::min_element(size.begin(), size.end());
+    return least == size.end() || area_of(*least) >= options_.smallest_room
+               ? -1
+               : static_cast<int>(least - size.begin());
+  }
+
+  /// The room that is least parted from this one: by the worst gap; where there are several by none
+  /// at all, the one with the longest border. -1 where there is no other.
+  int least_parted(int room) const {
+    std::vector<int> border(count_, 0);
     for (std::uint32_t c = 0; c < t_.labels.size(); ++c) {
-      if (t_.labels[c] < 0) continue;
-      ++size[t_.labels[c]];
+      if (t_.labels[c] != room) continue;
       for_each_side(c, [&](std::uint32_t n) {
-        if (t_.labels[n] >= 0 && t_.labels[n] != t_.labels[c]) ++border[t_.labels[c]][t_.labels[n]];
+        if (t_.labels[n] >= 0 && t_.labels[n] != room) ++border[t_.labels[n]];
       });
     }
-    std::vector<int> becomes(count_);
-    std::iota(becomes.begin(), becomes.end(), 0);
-    for (;;) {
-      int smallest = -1;
-      for (int r = 0; r < count_; ++r)
-        if (becomes[r] == r && area_of(size[r]) < options_.smallest_room &&
-            (smallest < 0 || size[r] < size[smallest]))
-          smallest = r;
-      if (smallest < 0) break;
-      const auto& shared = border[smallest];
-      const int into =
-          static_cast<int>(std::max_element(shared.begin(), shared.end()) - shared.begin());
-      const bool alone = shared[into] == 0;
-      becomes[smallest] = alone ? -1 : into;
-      if (alone) continue;
-      size[into] += size[smallest];
-      for (int r = 0; r < count_; ++r) {
-        if (r != into) {
-          border[into][r] += border[smallest][r];
-          border[r][into] += border[smallest][r];
-        }
-        border[r][smallest] = border[smallest][r] = 0;
-      }
+    std::vector<double> score(count_, 0);
+    for (const DoorGap& gap : gaps_) {
+      const auto [a, b] = sides_of(gap);
+      if (a < 0 || b < 0 || a == b || (a != room && b != room)) continue;
+      double& s = score[a == room ? b : a];
+      s = std::max(s, gap.score);
     }
-    renumber(becomes);
+    int best = -1;
+    for (int r = 0; r < count_; ++r)
+      if (border[r] > 0 && (best < 0 || score[r] < score[best] ||
+                            (score[r] == score[best] && border[r] > border[best])))
+        best = r;
+    return best;
+  }
+
+  /// A room that is too small becomes part of its neighbour, the smallest first; none where there
+  /// is no other.
+  void absorb_small_rooms() {
+    for (int room = too_small(); room >= 0; room = too_small()) join(room, least_parted(room));
   }
 
   /// becomes[r]: another room (which may become something in turn), itself, or -1.
@@ -339,27 +369,28 @@ class Builder {
     return cells * t_.resolution;
   }
 
-  /// Two rooms become one over a gap beside which hardly any wall parts them; the weakest first,
-  /// since then the walls of others part other rooms.
+  /// Two rooms become one over a gap beside which hardly any wall parts them; the worst gap first,
+  /// since what lies behind it may then have more wall in common with others.
   void join_over_weak_gaps() {
     for (;;) {
-      double weakest = 1;
-      std::pair<int, int> pair;
+      const DoorGap* worst = nullptr;
       for (const DoorGap& gap : gaps_) {
         const auto [a, b] = sides_of(gap);
-        if (a < 0 || b < 0 || a == b) continue;
+        if (a < 0 || b < 0 || a == b || (worst != nullptr && gap.score >= worst->score)) continue;
         const double least = std::max(kLeastCommon, kCommonShare * gap.width);
-        const double strength = common_wall(gap, a, b) / least;
-        if (strength >= weakest) continue;
-        weakest = strength;
-        pair = std::minmax(a, b);
+        if (common_wall(gap, a, b) < least) worst = &gap;
       }
-      if (weakest >= 1) return;
-      std::vector<int> becomes(count_);
-      std::iota(becomes.begin(), becomes.end(), 0);
-      becomes[pair.second] = pair.first;
-      renumber(becomes);
+      if (worst == nullptr) return;
+      const auto [a, b] = sides_of(*worst);
+      join(std::max(a, b), std::min(a, b));
     }
+  }
+
+  void join(int room, int into) {
+    std::vector<int> becomes(count_);
+    std::iota(becomes.begin(), becomes.end(), 0);
+    becomes[room] = into;
+    renumber(becomes);
   }
 
   /// A gap between two rooms is a door.
@@ -437,7 +468,8 @@ class Builder {
   const TopologyOptions& options_;
   Threads threads_;
   Topology t_;
-  CellMask walls_;
+  CellMask walls_;     ///< all that is no floor
+  CellMask surfaces_;  ///< where something was seen
   std::vector<DoorGap> gaps_;
   std::vector<std::uint8_t> cut_;
   std::vector<std::int32_t> distances_;
