@@ -42,6 +42,7 @@ struct Jamb {
   double thin = 0;    ///< share of its length that is wall with floor on both sides
   double corner = 0;  ///< share with floor on one side only
   double middle = 0;  ///< cells, of the wall, to the left of the line
+  int face = 0;       ///< cells to the one face that is seen, negative to the right; 0 for none
 };
 
 class Search {
@@ -124,6 +125,7 @@ class Search {
         if (at == side && std::abs(here - face) <= kStraight) ++corner;
       }
     }
+    jamb.face = side * face;
     jamb.thin = static_cast<double>(thin) / length;
     jamb.corner = static_cast<double>(corner) / length;
     return jamb;
@@ -153,7 +155,9 @@ class Search {
     const bool both = least >= kThin && std::abs(a.middle - b.middle) <= kInLine;
     const bool corner =
         most >= kOneSide || (most >= kThin && other.thin + other.corner >= kOneSide);
-    if (!(both || (corner && !opening)) || !passable(ix, iy, d)) return std::nullopt;
+    const bool faces = std::min(a.thin + a.corner, b.thin + b.corner) >= kOneSide &&
+                       a.face * b.face > 0 && std::abs(a.face - b.face) <= kInLine;
+    if (!(both || ((corner || faces) && !opening)) || !passable(ix, iy, d)) return std::nullopt;
     const Jamb far_a = jamb(ix, iy, d.ahead, ahead, long_, d);
     const Jamb far_b = jamb(ix, iy, d.back, back, long_, d);
     const double straight = 0.5 * (far_a.thin + far_a.corner + far_b.thin + far_b.corner);

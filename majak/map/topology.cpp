@@ -25,6 +25,7 @@ constexpr double kCorridorWidth = 3.6;  // m, at most
 constexpr double kHallArea = 45;        // m^2
 constexpr double kAhead = 0.35;         // m, before a door one is in the room
 constexpr double kLeafOut = 0.2;        // m from a door's line on, things are not of its wall
+constexpr double kJambLength = 0.6;     // m beside a gap that are surely wall
 constexpr double kLeafThick = 0.2;      // m, no leaf is
 constexpr double kCommonWall = 2.5;     // m on both sides of a gap that are looked at
 constexpr double kLeastCommon = 0.4;    // m of wall between two rooms, at least, and ...
@@ -164,19 +165,38 @@ class Builder {
   }
 
   /// Thin things that hang on a door's jamb, turned out of the wall and no longer than the door is
-  /// wide, become floor.
+  /// wide, become floor. What is the wall of a better gap is no leaf.
   bool take_off_leaves() {
     std::vector<std::uint32_t> leaves;
+    std::vector<std::uint8_t> wall(walls_.cells.size(), 0);
     for (const DoorGap& gap : gaps_) {
-      if (gap.width > options_.widest_door) continue;
-      find_leaf(gap, gap.dx0, gap.dy0, leaves);
-      find_leaf(gap, gap.dx1, gap.dy1, leaves);
+      if (gap.width <= options_.widest_door) {
+        find_leaf(gap, gap.dx0, gap.dy0, wall, leaves);
+        find_leaf(gap, gap.dx1, gap.dy1, wall, leaves);
+      }
+      mark_jambs(gap, wall);
     }
     for (const std::uint32_t cell : leaves) walls_.cells[cell] = 0;
     return !leaves.empty();
   }
 
-  void find_leaf(const DoorGap& gap, int dx, int dy, std::vector<std::uint32_t>& leaves) const {
+  void mark_jambs(const DoorGap& gap, std::vector<std::uint8_t>& wall) const {
+    const Vec2 along(std::cos(gap.angle), std::sin(gap.angle)), across(-along.y(), along.x());
+    const double half = kLeafOut / t_.resolution, length = kJambLength / t_.resolution;
+    const double ends[2] = {Vec2(gap.dx0, gap.dy0).norm(), -Vec2(gap.dx1, gap.dy1).norm()};
+    for (const double end : ends)
+      for (double i = 1; i <= length; ++i)
+        for (double k = -half; k <= half; ++k) {
+          const Vec2 p = Vec2(gap.ix, gap.iy) + (end + (end > 0 ? i : -i)) * along + k * across;
+          const int x = static_cast<int>(std::lround(p.x())),
+                    y = static_cast<int>(std::lround(p.y()));
+          if (walls_.at(x, y)) wall[walls_.index(x, y)] = 1;
+        }
+  }
+
+  void find_leaf(const DoorGap& gap, int dx, int dy,
+                 const std::vector<std::uint8_t>& wall_of_better,
+                 std::vector<std::uint32_t>& leaves) const {
     const Vec2 jamb(gap.ix + dx, gap.iy + dy);  // cells
     const Vec2 across(-std::sin(gap.angle), std::cos(gap.angle));
     const double wall = kLeafOut / t_.resolution, reach = (gap.width + 0.2) / t_.resolution;
@@ -186,7 +206,7 @@ class Builder {
       if (!walls_.at(x, y) || std::abs((Vec2(x, y) - jamb).dot(across)) < wall) return;
       const auto c = static_cast<std::uint32_t>(walls_.index(x, y));
       if (std::find(cells.begin(), cells.end(), c) != cells.end()) return;
-      ends = ends && (Vec2(x, y) - jamb).norm() <= reach && !bulky(x, y);
+      ends = ends && (Vec2(x, y) - jamb).norm() <= reach && !wall_of_better[c] && !bulky(x, y);
       cells.push_back(c);
     };
     const int near = static_cast<int>(std::ceil(wall)) + 3;
