@@ -16,9 +16,11 @@
 #include "app/faces.hpp"
 #include "app/figure.hpp"
 #include "app/info.hpp"
+#include "app/label.hpp"
 #include "app/localize.hpp"
 #include "app/map.hpp"
 #include "app/record.hpp"
+#include "app/route.hpp"
 #include "app/simulate.hpp"
 
 namespace majak::app {
@@ -51,6 +53,8 @@ void add_commands(CLI::App& app) {
   add_simulate(app);
   add_evaluate(app);
   add_faces(app);
+  add_label(app);
+  add_route(app);
   add_export(app);
   add_figure(app);
   add_demo(app);

@@ -11,12 +11,14 @@
 #include <string>
 #include <vector>
 
+#include "app/named_rooms.hpp"
 #include "app/write_figure.hpp"
 #include "majak/core/error.hpp"
 #include "majak/draw/face.hpp"
 #include "majak/io/atomic_file.hpp"
 #include "majak/io/known_map_files.hpp"
 #include "majak/io/options_file.hpp"
+#include "majak/io/topology_files.hpp"
 
 namespace majak::app {
 namespace {
@@ -31,6 +33,8 @@ constexpr const char* kHelp =
     "  majak export hall svg -o plan.svg      for browsers and drawing programs\n"
     "  majak export hall geojson              for GIS; also wkt\n"
     "  majak export hall glb                  walls raised to 2.5 m, for browsers; also wrl, ply\n"
+    "  majak export hall graphml              rooms and doors as a graph; json: with outlines and "
+    "cells\n"
     "  majak export hall dxf --set segments.min_length=0.2     shorter pieces, too\n"
     "  majak export map.yaml dxf              the walls of a map that others made of cells\n"
     "\n"
@@ -43,8 +47,9 @@ struct ExportFormat {
   const char* face;  ///< whose files have one that ends so
 };
 constexpr ExportFormat kFormats[] = {
-    {"svg", "segments"}, {"dxf", "segments"},  {"geojson", "segments"}, {"wkt", "segments"},
-    {"wrl", "walls-3d"}, {"glb", "walls-3d"}, {"ply", "walls-3d"}};
+    {"svg", "segments"}, {"dxf", "segments"},  {"geojson", "segments"},
+    {"wkt", "segments"}, {"graphml", "rooms"}, {"json", "rooms"},
+    {"wrl", "walls-3d"}, {"glb", "walls-3d"},  {"ply", "walls-3d"}};
 
 struct ExportCommand {
   std::string run, format, output;
@@ -84,6 +89,7 @@ void run_export(ExportCommand& o) {
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
   const std::string ending = "." + o.format;
   if (o.output.empty()) o.output = results_folder(o.run, ending.c_str());
+  o.options.labels = io::read_labels(labels_path(o.run));
   const draw::FacePage page = page_of(o, format);
   for (const draw::FaceFile& file : page.files)
     if (file.name.ends_with(ending)) io::write_file_atomically(o.output, file.bytes);
@@ -101,7 +107,8 @@ void add_export(CLI::App& app) {
       ->add_option("RUN", o->run,
                    "folder of a run, its site.majak; or a map of others: a YAML, a picture")
       ->required();
-  command->add_option("FORMAT", o->format, "svg, dxf, geojson, wkt, wrl, glb or ply")->required();
+  command->add_option("FORMAT", o->format, "svg, dxf, geojson, wkt, graphml, json, wrl, glb or ply")
+      ->required();
   command->add_option("-o,--output", o->output,
                       "the file (default: the run's name and the format)");
   command->add_option("--map-resolution", o->resolution, "m a pixel, of a picture without a YAML");

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/named_rooms.hpp"
 #include "app/progress.hpp"
 #include "app/write_figure.hpp"
 #include "majak/core/error.hpp"
@@ -22,6 +23,7 @@
 #include "majak/io/atomic_file.hpp"
 #include "majak/io/known_map_files.hpp"
 #include "majak/io/options_file.hpp"
+#include "majak/io/topology_files.hpp"
 #include "majak/map/returns.hpp"
 
 namespace majak::app {
@@ -108,6 +110,7 @@ void run_faces(FacesCommand& o) {
   const int hardware = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   o.options.threads = {o.threads > 0 ? o.threads : hardware};
   const Site site = site_of(o);
+  o.options.labels = io::read_labels(labels_path(o.run));
   if (o.output.empty()) o.output = results_folder(o.run, "-faces");
   const fs::path folder = o.output;
   make_folder(folder);

@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
+#include "bench/picture.hpp"
 #include "majak/core/rigid_fit.hpp"
-#include "majak/draw/topology_picture.hpp"
+#include "majak/draw/topology_figure.hpp"
 #include "majak/eval/rooms.hpp"
-#include "majak/io/atomic_file.hpp"
 #include "majak/map/occupancy_grid.hpp"
 #include "majak/sim/surveyed_site.hpp"
 #include "majak/slam/graph_slam.hpp"
@@ -95,8 +95,8 @@ void score(std::uint64_t seed, const Run& run, Sums& sums) {
   sums.doors += s.true_doors, sums.found += s.doors_found;
   sums.claimed += s.doors, sums.invented += s.false_doors;
   if (!run.pictures.empty())
-    io::write_file_atomically(fmt::format("{}/office-{}.png", run.pictures, seed),
-                              io::encode_png(draw::topology_image(known, topology)));
+    bench::write_picture(fmt::format("{}/office-{}", run.pictures, seed),
+                         draw::topology_figure(known, topology, map::room_names(topology)));
 }
 
 void run_all(const Run& run) {

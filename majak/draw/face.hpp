@@ -19,7 +19,9 @@
 #include "majak/map/inflation.hpp"
 #include "majak/map/intensity.hpp"
 #include "majak/map/occupancy_grid.hpp"
+#include "majak/map/room_labels.hpp"
 #include "majak/map/segment_map.hpp"
+#include "majak/map/topology.hpp"
 
 namespace majak::draw {
 
@@ -48,6 +50,8 @@ struct FaceOptions {
   map::IntensityOptions intensity;
   RobotSize robot;
   map::InflationOptions inflation;
+  map::TopologyOptions rooms;
+  std::vector<map::RoomLabel> labels;  ///< names that people gave to rooms
   Threads threads;
 };
 void describe(OptionFields& fields, FaceOptions& options);
@@ -70,6 +74,7 @@ FacePage inflated_face(const Site& site, const FaceOptions& options);
 FacePage forward_face(const Site& site, const FaceOptions& options);
 FacePage intensity_face(const Site& site, const FaceOptions& options);
 FacePage segments_face(const Site& site, const FaceOptions& options);
+FacePage rooms_face(const Site& site, const FaceOptions& options);
 
 /// The same page of any walls, and of the walls of a map of cells (m of T_world_map's world), with
 /// what the conversion lost and made up. Throws Error when there is none.

@@ -18,6 +18,7 @@ constexpr Face kFaces[] = {
     {"intensity", "how bright surfaces are, whatever the distance", intensity_face},
     {"inflated", "where the robot's middle may not go", inflated_face},
     {"segments", "walls as straight pieces, each once", segments_face},
+    {"rooms", "rooms, corridors and the doors between them", rooms_face},
 };
 
 std::string size_text(std::size_t bytes) {
@@ -61,6 +62,7 @@ void describe(OptionFields& fields, FaceOptions& o) {
   map::describe(fields, o.inflation);
   map::describe(fields, o.forward);
   map::describe(fields, o.intensity);
+  map::describe(fields, o.rooms);
 }
 
 std::span<const Face> faces() { return kFaces; }

@@ -13,6 +13,7 @@ constexpr int kDirections = 36;      // over half a turn
 constexpr double kThin = 0.5;        // share of a jamb
 constexpr int kFace = 3;             // cells before the floor in which a wall's face is
 constexpr double kOneSide = 0.8;     // share of a jamb that makes up for a bad one opposite
+constexpr double kNearer = 1.3;      // times as far as the nearest wall jambs are at most
 constexpr double kStraight = 1.25;   // cells, by which a wall may depart from a line
 constexpr double kLong = 1.5;        // m of wall in line with a gap that are looked for
 constexpr double kWallInLine = 0.9;  // m, at least, on both sides together
@@ -81,10 +82,10 @@ class Search {
   }
 
  private:
-  /// Steps to the first wall cell, or more than reach_.
-  int run(int ix, int iy, const std::vector<Step>& ray) const {
-    int i = 1;
-    while (i <= reach_ && !walls_.at(ix + ray[i].dx, iy + ray[i].dy)) ++i;
+  /// Steps to the first wall cell, from `first` on, or more than `last`.
+  int run(int ix, int iy, const std::vector<Step>& ray, int first, int last) const {
+    int i = first;
+    while (i <= last && !walls_.at(ix + ray[i].dx, iy + ray[i].dy)) ++i;
     return i;
   }
 
@@ -141,9 +142,13 @@ class Search {
   }
 
   std::optional<DoorGap> look(int ix, int iy, const Direction& d) const {
-    const int ahead = run(ix, iy, d.ahead);
-    if (ahead > reach_ || 2 * ahead < narrowest_ - 2) return std::nullopt;
-    const int back = run(ix, iy, d.back);
+    // In the middle of a door nothing is much nearer than its jambs.
+    const double nearest = std::sqrt(distances_[walls_.index(ix, iy)]);
+    const int first = std::max(1, static_cast<int>(nearest) - 1);
+    const int last = std::min(reach_, static_cast<int>(kNearer * nearest) + 2);
+    const int ahead = run(ix, iy, d.ahead, first, last);
+    if (ahead > last || 2 * ahead < narrowest_ - 2) return std::nullopt;
+    const int back = run(ix, iy, d.back, first, last);
     if (std::abs(ahead - back) > 1) return std::nullopt;
     const double width = (ahead + back - 1) * resolution_;
     if (width < options_.narrowest_door || width > options_.widest_opening) return std::nullopt;

@@ -470,7 +470,9 @@ class Builder {
     }
     room.centroid = sum / static_cast<double>(room.cells.size());
     room.widest_spot = t_.centre(widest);
-    room.clearance = (std::sqrt(distances_[widest]) - 0.5) * t_.resolution;
+    const double cells =
+        std::min(std::sqrt(distances_[widest]), 0.5 * std::min(t_.width, t_.height));
+    room.clearance = (cells - 0.5) * t_.resolution;  // beyond the map nothing is known
     room.slenderness = room.area / std::pow(2 * room.clearance, 2);
     room.kind = room.slenderness >= kCorridor && 2 * room.clearance <= kCorridorWidth
                     ? RoomKind::corridor

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace majak::app {
+
+void add_label(CLI::App& app);
+
+}  // namespace majak::app
