@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "majak/core/error.hpp"
+#include "majak/map/spaced_scans.hpp"
 
 namespace majak::map {
 namespace {
@@ -290,19 +291,10 @@ std::vector<Segment> SegmentMap::walls() const {
 SegmentMap build_segments(const Site& site, const SegmentMapOptions& options) {
   check(options);
   SegmentMap map(options);
-  std::optional<Pose2> last;
-  for (const PosedScan& posed : site.scans) {
-    const Pose2& pose = posed.estimate.T_map_robot;
-    if (posed.estimate.health == Health::lost || !pose.finite()) continue;
-    if (last) {
-      const Pose2 step = between(*last, pose);
-      if (step.translation().norm() < options.key_spacing &&
-          std::abs(step.theta) < options.key_turn)
-        continue;
-    }
-    map.add(posed.scan, pose);
-    last = pose;
-  }
+  for_spaced_scans(site, options.key_spacing, options.key_turn, [&](const PosedScan& posed) {
+    map.add(posed.scan, posed.estimate.T_map_robot);
+  });
+  if (options.refinement.enabled) return SegmentMap(options, refined(site, map.walls(), options));
   return map;
 }
 

@@ -16,6 +16,7 @@
 #include <cstdint>
 
 #include "majak/core/site.hpp"
+#include "majak/map/segment_refinement.hpp"
 #include "majak/map/segments.hpp"
 
 namespace majak::map {
@@ -40,6 +41,7 @@ struct SegmentMapOptions {
   double removal_margin = 0.15;  ///< m, so far behind the segment (and inside its ends)
   double key_spacing = 0.15;     ///< m, a scan nearer than this to the last one taken and
   double key_turn = 0.15;        ///< rad, turned less is left out
+  SegmentRefinementOptions refinement;
 };
 
 inline void describe(OptionFields& fields, SegmentMapOptions& o) {
@@ -65,6 +67,7 @@ inline void describe(OptionFields& fields, SegmentMapOptions& o) {
              {"m", "a scan nearer to the last one is left out unless it turned", 0, 100});
   fields.add("segment_map.key_turn", o.key_turn,
              {"rad", "a scan turned less is left out unless it moved", 0, 4});
+  describe(fields, o.refinement);
 }
 
 /// A segment of the map and one of the scan that may be of the same wall.
