@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "majak/core/error.hpp"
@@ -113,6 +114,14 @@ void add_end(Sums& sums, const Vec2& error, const Eigen::Matrix2d& covariance) {
   sums.squares += error.squaredNorm();
 }
 
+/// A pillar may stand in a corner.
+bool shows(const sim::World& world, const Vec2& corner) {
+  const auto& discs = world.scene().discs;
+  return std::none_of(discs.begin(), discs.end(), [&](const sim::Disc& d) {
+    return (d.centre - corner).norm() < d.radius + 0.02;
+  });
+}
+
 void compare(Sums& sums, const sim::World& world, const Drive& drive,
              const std::vector<map::Segment>& walls, bool list) {
   const auto& scene = world.scene().segments;
@@ -139,15 +148,20 @@ void compare(Sums& sums, const sim::World& world, const Drive& drive,
     const bool same_way = s.direction().dot(t) > 0;
     const Vec2 a = s.a - (same_way ? scene[k].a : scene[k].b),
                b = s.b - (same_way ? scene[k].b : scene[k].a);
-    add_end(sums, a, covariance_of_a(s));
-    add_end(sums, b, covariance_of_b(s));
+    const bool a_shows = shows(world, same_way ? scene[k].a : scene[k].b),
+               b_shows = shows(world, same_way ? scene[k].b : scene[k].a);
+    if (a_shows) add_end(sums, a, covariance_of_a(s));
+    if (b_shows) add_end(sums, b, covariance_of_b(s));
     if (list)
-      for (const auto& [e, c] : {std::pair(a, covariance_of_a(s)), std::pair(b, covariance_of_b(s))})
+      for (const auto& [e, c, shown] : {std::tuple(a, covariance_of_a(s), a_shows),
+                                        std::tuple(b, covariance_of_b(s), b_shows)}) {
+        if (!shown) continue;
         fmt::print("{:7.4f} m along ({:.4f} stated), {:7.4f} across ({:.4f}); {:.2f} m, {} returns "
                    "({:.2f} {:.2f})\n",
                    s.direction().dot(e), std::sqrt(s.direction().dot(c * s.direction())),
                    s.normal().dot(e), std::sqrt(s.normal().dot(c * s.normal())), s.length(),
                    s.points, s.a.x(), s.a.y());
+      }
   }
   for (const map::Segment& s : walls)
     for (double u = kStep / 2; u < s.length(); u += kStep) {

@@ -127,15 +127,13 @@ class EndFinder {
     Crossings& c = end.crossings;
     const double bin = std::floor((u + o_.reach) / kBin);
     if (bin < 0 || bin >= static_cast<double>(c.met.size()) || behind < -o_.band) return;
-    bool met = behind <= o_.band;
-    if (met) {
-      const double away = distance_to(end.own, p);
-      const bool another = std::any_of(
-          end.beside.begin(), end.beside.end(),
-          [&](const Segment& other) { return distance_to(other, p) < away; });
-      if (another && behind <= 0) return;
-      met = !another;
-    }
+    const bool met = behind <= o_.band;
+    if (!met && behind <= 2 * o_.band) return;
+    const double away = distance_to(end.own, p);
+    if (met && std::any_of(end.beside.begin(), end.beside.end(), [&](const Segment& other) {
+          return distance_to(other, p) < away;
+        }))
+      return;
     ++(met ? c.met : c.passed)[static_cast<std::size_t>(bin)];
   }
 

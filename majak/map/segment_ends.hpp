@@ -11,7 +11,7 @@
 namespace majak::map {
 
 struct SegmentEndOptions {
-  double band = 0.06;        ///< m; a return so near to the line is on the wall
+  double band = 0.04;        ///< m; a return so near to the line is on it, twice as far not
   double reach = 0.15;       ///< m; ends are sought so far from where they are now
   double grazing = 0.17;     ///< rad; beams that meet the line at less tell nothing
   double max_range = 30;     ///< m

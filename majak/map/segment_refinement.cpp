@@ -17,6 +17,7 @@ namespace {
 constexpr std::size_t kNobody = static_cast<std::size_t>(-1);
 constexpr double kBin = 0.02;      // m, of profiles along a wall
 constexpr double kSlack = 0.05;    // m, a wall owns returns so far beyond its ends
+constexpr double kSquares = 3e-4;   // m, of a line: what squares and bands may move it
 constexpr double kBesideEnd = 0.05;  // m; so near to an end returns of the next wall disturb a fit
 
 /// A segment's own axes: u from a to b, v to its left.
@@ -57,12 +58,14 @@ class Refinement {
     settle(2);
     drop();
     assign();
+    const std::vector<Corner> corners = find_corners();
     std::vector<Segment> found;
     for (const Wall& w : walls_) found.push_back(w.segment);
-    sharpen_ends(site_, found, {r_.max_band, 0.15, o_.scan.grazing, o_.scan.max_range, o_.key_spacing, o_.key_turn});
-    for (std::size_t k = 0; k < found.size(); ++k) walls_[k].segment = found[k];
-    join_corners();
-    for (std::size_t k = 0; k < found.size(); ++k) found[k] = walls_[k].segment;
+    SegmentEndOptions ends;
+    ends.grazing = o_.scan.grazing, ends.max_range = o_.scan.max_range;
+    ends.key_spacing = o_.key_spacing, ends.key_turn = o_.key_turn;
+    sharpen_ends(site_, found, ends);
+    for (const Corner& c : corners) join(found[c.wall], c);
     return found;
   }
 
@@ -82,6 +85,7 @@ class Refinement {
   /// Every bit to the nearest wall that could have returned it.
   void assign() {
     owner_.assign(bits_.all().size(), kNobody);
+    shared_.assign(bits_.all().size(), false);
     std::vector<double> best(bits_.all().size(), 1e9);
     for (std::size_t k = 0; k < walls_.size(); ++k) {
       Wall& wall = walls_[k];
@@ -90,6 +94,7 @@ class Refinement {
         const SurfaceBit& bit = bits_.all()[i];
         const double u = axes.u(bit.mean), v = std::abs(axes.v(bit.mean));
         if (u < -kSlack || u > axes.length + kSlack || v > wall.band || !faces(bit, axes.n)) return;
+        if (owner_[i] != kNobody) shared_[i] = true;
         const double away = std::hypot(v, std::max({0.0, -u, u - axes.length}));
         if (away < best[i]) best[i] = away, owner_[i] = k;
       });
@@ -99,14 +104,14 @@ class Refinement {
       if (owner_[i] != kNobody) walls_[owner_[i]].returns += bits_.all()[i].returns;
   }
 
-  /// Calls visit(bit, u, v) for those that wall k owns.
+  /// Calls visit(bit, u, v) for those that are of wall k and of no other.
   template <class Visit>
   void owned(std::size_t k, const Visit& visit) const {
     const Wall& wall = walls_[k];
     const Axes axes(wall.segment);
     bits_.near(wall.segment.a, wall.segment.b, wall.band + kSlack, [&](std::size_t i) {
       const SurfaceBit& bit = bits_.all()[i];
-      if (owner_[i] == k) visit(bit, axes.u(bit.mean), axes.v(bit.mean));
+      if (owner_[i] == k && !shared_[i]) visit(bit, axes.u(bit.mean), axes.v(bit.mean));
     });
   }
 
@@ -148,7 +153,7 @@ class Refinement {
       return axes.origin + u * axes.t + (line->offset + line->slope * (u - line->centre)) * axes.n;
     };
     s.a = at(0), s.b = at(axes.length);
-    const double offset = line->variance / line->weight;
+    const double offset = line->variance / line->weight + kSquares * kSquares;
     const double turn = line->variance / std::max(line->moment, 1e-6);
     const double d = axes.length / 2 - line->centre;
     s.covariance << offset + d * d * turn, d * turn, d * turn, turn;
@@ -394,18 +399,19 @@ class Refinement {
     return best;
   }
 
-  void join_corners() {
+  std::vector<Corner> find_corners() const {
     std::vector<Corner> corners;
     for (std::size_t k = 0; k < walls_.size(); ++k)
       for (const bool at_b : {false, true})
         if (const auto corner = corner_at(k, at_b)) corners.push_back(*corner);
-    for (const Corner& c : corners) {
-      Segment& s = walls_[c.wall].segment;
-      const Vec2 old = s.middle(), t = s.direction();
-      (c.at_b ? s.b : s.a) = c.place;
-      (c.at_b ? s.sigma_b : s.sigma_a) = c.sigma;
-      shift_middle(s, t.dot(s.middle() - old));
-    }
+    return corners;
+  }
+
+  static void join(Segment& s, const Corner& c) {
+    const Vec2 old = s.middle(), t = s.direction();
+    (c.at_b ? s.b : s.a) = c.place;
+    (c.at_b ? s.sigma_b : s.sigma_a) = c.sigma;
+    shift_middle(s, t.dot(s.middle() - old));
   }
 
   const Site& site_;
@@ -414,6 +420,7 @@ class Refinement {
   const SegmentRefinementOptions& r_;
   std::vector<Wall> walls_;
   std::vector<std::size_t> owner_;  // of each bit
+  std::vector<bool> shared_;        // bits that more than one wall could have returned
   std::vector<bool> used_;          // bits that were a seed or are in a piece
 };
 
