@@ -18,6 +18,7 @@ constexpr std::size_t kNobody = static_cast<std::size_t>(-1);
 constexpr double kBin = 0.02;      // m, of profiles along a wall
 constexpr double kSlack = 0.05;    // m, a wall owns returns so far beyond its ends
 constexpr double kSquares = 3e-4;   // m, of a line: what squares and bands may move it
+constexpr double kCrossing = 0.5;  // sine of the angle from which on walls are no neighbours
 constexpr double kBesideEnd = 0.05;  // m; so near to an end returns of the next wall disturb a fit
 
 /// A segment's own axes: u from a to b, v to its left.
@@ -80,6 +81,10 @@ class Refinement {
     }
   }
 
+  static double cross(const Segment& a, const Segment& b) {
+    return std::abs(a.direction().dot(b.normal()));
+  }
+
   static bool faces(const SurfaceBit& bit, const Vec2& n) { return bit.beam.dot(n) < 0; }
 
   /// Every bit to the nearest wall that could have returned it.
@@ -94,7 +99,8 @@ class Refinement {
         const SurfaceBit& bit = bits_.all()[i];
         const double u = axes.u(bit.mean), v = std::abs(axes.v(bit.mean));
         if (u < -kSlack || u > axes.length + kSlack || v > wall.band || !faces(bit, axes.n)) return;
-        if (owner_[i] != kNobody) shared_[i] = true;
+        if (owner_[i] != kNobody && cross(walls_[owner_[i]].segment, wall.segment) > kCrossing)
+          shared_[i] = true;
         const double away = std::hypot(v, std::max({0.0, -u, u - axes.length}));
         if (away < best[i]) best[i] = away, owner_[i] = k;
       });
