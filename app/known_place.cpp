@@ -8,14 +8,28 @@
 #include "majak/core/error.hpp"
 #include "majak/io/known_map_files.hpp"
 #include "majak/io/number.hpp"
+#include "majak/map/segment_map.hpp"
 
 namespace majak::app {
 
-KnownPlace read_known_place(const std::string& map, double resolution) {
+namespace {
+
+localize::PlacePtr place_of(const io::MapInput& input, bool on_segments) {
+  if (!input.segments.empty()) return localize::place_of(input.segments);
+  if (on_segments && !input.site)
+    throw Error("--on segments needs a run or a file of walls, not a picture");
+  if (on_segments) return localize::place_of(map::build_segments(*input.site).walls());
+  return input.site ? localize::place_of(*input.site) : localize::place_of(*input.known);
+}
+
+}  // namespace
+
+KnownPlace read_known_place(const std::string& map, double resolution,
+                            const std::string& on) {
   io::MapInput input = io::read_map(map, resolution);
   KnownPlace known{nullptr, std::nullopt, input.T_world_map};
   try {
-    known.place = input.site ? localize::place_of(*input.site) : localize::place_of(*input.known);
+    known.place = place_of(input, on == "segments");
   } catch (const Error& e) {  // it does not know which file this is
     throw Error(fmt::format("{}: {}", map, e.what()));
   }

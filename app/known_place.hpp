@@ -18,7 +18,9 @@ struct KnownPlace {
 };
 
 /// resolution: m a pixel, of a bare picture. Throws Error that names the file.
-KnownPlace read_known_place(const std::string& map, double resolution);
+/// `on`: "grid", or "segments" for those of a run; a file of walls is always segments.
+KnownPlace read_known_place(const std::string& map, double resolution,
+                            const std::string& on = "grid");
 
 /// "x,y,degrees". Throws Error.
 Pose2 start_pose(const std::string& text);

@@ -61,7 +61,7 @@ constexpr const char* kHelp =
     "Methods:\n";
 
 struct LocalizeCommand {
-  std::string log, live, output, method, start, options_file, beacons, map;
+  std::string log, live, output, method, start, options_file, beacons, map, on = "grid";
   std::vector<std::string> set;
   bool json = false;
   double map_resolution = 0;  // m a pixel, of a bare picture
@@ -101,7 +101,7 @@ std::string help() {
 }
 
 void read_place(LocalizeCommand& o) {
-  const KnownPlace known = read_known_place(o.map, o.map_resolution);
+  const KnownPlace known = read_known_place(o.map, o.map_resolution, o.on);
   o.options.place = known.place;
   o.T_world_map = known.T_world_map;
 }
@@ -379,6 +379,8 @@ void add_localize(CLI::App& app) {
   command->add_option("--map", o->map,
                       "a known map: folder of a run, site.majak, YAML with PGM or PNG, picture");
   command->add_option("--map-resolution", o->map_resolution, "m a pixel, of a bare picture");
+  command->add_option("--on", o->on, "grid, or segments: what of a run's map to localize on")
+      ->check(CLI::IsMember({"grid", "segments"}));
   command->add_option("--live", o->live, "a device instead of a log: serial port or tcp://HOST");
   add_device_options(*command, o->device);
   add_log_options(*command, o->source);

@@ -12,6 +12,7 @@
 #include "majak/core/error.hpp"
 #include "majak/io/byte_stream.hpp"
 #include "majak/io/number.hpp"
+#include "majak/io/segment_reader.hpp"
 #include "majak/io/site_file.hpp"
 
 namespace majak::io {
@@ -238,7 +239,9 @@ MapInput read_map(const fs::path& path, double resolution) {
     throw Error(path.string() + ": has neither site.majak nor map.yaml; name the map's own file");
   }
   const std::string kind = path.extension().string();
-  if (kind == ".majak") return {read_site(path), std::nullopt, {}};
+  if (kind == ".majak") return {read_site(path), std::nullopt, {}, {}};
+  if (is_segment_file(path))
+    return {std::nullopt, std::nullopt, parse_segments(whole_file(path), kind, path.string()), {}};
   if (kind == ".yaml" || kind == ".yml") return read_yaml(path);
   const fs::path beside = fs::path(path).replace_extension(".yaml");
   if (resolution == 0 && fs::exists(beside, ignored)) return read_yaml(beside);
@@ -249,7 +252,7 @@ MapInput read_map(const fs::path& path, double resolution) {
   check_resolution(resolution, path.string());
   MapKey key;
   key.resolution = resolution;
-  return {std::nullopt, known_map(picture(path), key), {}};
+  return {std::nullopt, known_map(picture(path), key), {}, {}};
 }
 
 }  // namespace majak::io

@@ -1,21 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 // Maps to be localized on, as they lie about: the folder of a run, its site.majak, PGM or PNG with
-// a YAML beside it in the map_server convention, or a bare picture and the size of its pixels.
+// a YAML beside it in the map_server convention, a bare picture and the size of its pixels, or walls
+// as GeoJSON, WKT, DXF or SVG.
 #pragma once
 
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "majak/core/site.hpp"
 #include "majak/io/png.hpp"
 #include "majak/map/known_map.hpp"
+#include "majak/map/segments.hpp"
 
 namespace majak::io {
 
 struct MapInput {
   std::optional<Site> site;            ///< of a run: where its scans saw surfaces is known
-  std::optional<map::KnownMap> known;  ///< else
+  std::optional<map::KnownMap> known;  ///< of a picture
+  std::vector<map::Segment> segments;  ///< of a file of walls (io/segment_reader)
   /// From the map's own frame, whose axes are the picture's, to that of the YAML file.
   Pose2 T_world_map;
 };

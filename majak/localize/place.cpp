@@ -6,6 +6,7 @@
 
 #include "majak/core/error.hpp"
 #include "majak/map/occupancy_grid.hpp"
+#include "majak/map/segment_raster.hpp"
 #include "majak/match/map_surfaces.hpp"
 
 namespace majak::localize {
@@ -34,6 +35,11 @@ PlacePtr place_of(map::KnownMap known, const match::LikelihoodFieldOptions& opti
 
 PlacePtr place_of(const Site& site, const match::LikelihoodFieldOptions& options) {
   return make(map::known_map(map::build_occupancy_grid(site)), match::surfaces(site), 0, options);
+}
+
+PlacePtr place_of(std::span<const map::Segment> segments,
+                  const match::LikelihoodFieldOptions& options) {
+  return make(map::known_map(segments), match::surfaces(segments), 0, options);
 }
 
 }  // namespace majak::localize

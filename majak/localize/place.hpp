@@ -3,10 +3,12 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include "majak/core/site.hpp"
 #include "majak/map/distance_field.hpp"
 #include "majak/map/known_map.hpp"
+#include "majak/map/segments.hpp"
 #include "majak/map/surfel_map.hpp"
 #include "majak/match/likelihood_field.hpp"
 
@@ -26,5 +28,9 @@ PlacePtr place_of(map::KnownMap known, const match::LikelihoodFieldOptions& opti
 
 /// Of a run: its surfaces are where its scans saw them, not where cells lie.
 PlacePtr place_of(const Site& site, const match::LikelihoodFieldOptions& options = {});
+
+/// Of a segment map: its surfaces are where its segments lie.
+PlacePtr place_of(std::span<const map::Segment> segments,
+                  const match::LikelihoodFieldOptions& options = {});
 
 }  // namespace majak::localize

@@ -233,7 +233,7 @@ std::vector<Segment> SegmentMap::remove_passed(const Scan& scan, const Pose2& T_
   return removed;
 }
 
-void SegmentMap::update(const std::vector<Segment>& seen, const std::vector<SegmentPair>& pairs) {
+int SegmentMap::update(const std::vector<Segment>& seen, const std::vector<SegmentPair>& pairs) {
   std::vector<bool> matched(seen.size(), false);
   std::vector<std::size_t> changed;
   for (const SegmentPair& pair : pairs) {
@@ -253,11 +253,14 @@ void SegmentMap::update(const std::vector<Segment>& seen, const std::vector<Segm
   }
   // From the back: a merged one vanishes into one of a lower number.
   std::sort(changed.begin(), changed.end());
+  int merged = 0;
   for (auto i = changed.rbegin(); i != changed.rend(); ++i)
-    if (*i < segments_.size()) merge_with_others(*i);
+    if (*i < segments_.size()) merged += merge_with_others(*i);
+  return merged;
 }
 
-void SegmentMap::merge_with_others(std::size_t changed) {
+int SegmentMap::merge_with_others(std::size_t changed) {
+  int merged = 0;
   for (std::size_t i = 0; i < segments_.size(); ++i) {
     if (i == changed || !same_wall(segments_[i], segments_[changed], options_)) continue;
     const auto [low, high] = std::minmax(i, changed);
@@ -266,7 +269,9 @@ void SegmentMap::merge_with_others(std::size_t changed) {
     erase(high);
     changed = low;
     i = static_cast<std::size_t>(-1);  // it may touch others now
+    ++merged;
   }
+  return merged;
 }
 
 void SegmentMap::erase(std::size_t index) {
@@ -274,11 +279,21 @@ void SegmentMap::erase(std::size_t index) {
   passed_.erase(passed_.begin() + static_cast<std::ptrdiff_t>(index));
 }
 
-void SegmentMap::add(const Scan& scan, const Pose2& T_map_robot) {
+SegmentSteps SegmentMap::add(const Scan& scan, const Pose2& T_map_robot) {
+  const auto count = [](const auto& list) { return static_cast<int>(list.size()); };
+  SegmentSteps steps;
+  steps.time = scan.time;
   const std::vector<Segment> seen = approximate(scan, T_map_robot);
-  std::vector<SegmentPair> pairs = keep_good(find_pairs(seen), seen);
-  remove_passed(scan, T_map_robot, pairs);
-  update(seen, pairs);
+  std::vector<SegmentPair> pairs = find_pairs(seen);
+  steps.pairs = count(pairs);
+  pairs = keep_good(pairs, seen);
+  steps.removed = count(remove_passed(scan, T_map_robot, pairs));
+  steps.merged = update(seen, pairs);
+  steps.seen = count(seen);
+  steps.kept = count(pairs);
+  steps.inserted = steps.seen - steps.kept;
+  steps.in_map = count(segments_);
+  return steps;
 }
 
 std::vector<Segment> SegmentMap::walls() const {
@@ -288,11 +303,13 @@ std::vector<Segment> SegmentMap::walls() const {
   return walls;
 }
 
-SegmentMap build_segments(const Site& site, const SegmentMapOptions& options) {
+SegmentMap build_segments(const Site& site, const SegmentMapOptions& options,
+                          std::vector<SegmentSteps>* log) {
   check(options);
   SegmentMap map(options);
   for_spaced_scans(site, options.key_spacing, options.key_turn, [&](const PosedScan& posed) {
-    map.add(posed.scan, posed.estimate.T_map_robot);
+    const SegmentSteps steps = map.add(posed.scan, posed.estimate.T_map_robot);
+    if (log) log->push_back(steps);
   });
   if (options.refinement.enabled) return SegmentMap(options, refined(site, map.walls(), options));
   return map;

@@ -76,6 +76,18 @@ struct SegmentPair {
   bool operator==(const SegmentPair&) const = default;
 };
 
+/// What the steps did with one scan: for logs, and to see which of them goes wrong.
+struct SegmentSteps {
+  Time time = 0;         ///< the scan's
+  int seen = 0;          ///< 3: segments of the scan
+  int pairs = 0;         ///< 4: that may correspond
+  int kept = 0;          ///< 5: that meet the criterion; step 7 fuses each
+  int removed = 0;       ///< 6: segments of the map that were seen through
+  int inserted = 0;      ///< 7: as new
+  int merged = 0;        ///< 7: segments of the map that became part of another
+  int in_map = 0;        ///< afterwards
+};
+
 class SegmentMap {
  public:
   /// Step 1. `known`: map frame, what is known beforehand; its segments count as often as they
@@ -99,10 +111,11 @@ class SegmentMap {
                                      std::vector<SegmentPair>& pairs);
 
   /// Step 7: fuses each pair, inserts what has none, then merges until no two are of one wall.
-  void update(const std::vector<Segment>& seen, const std::vector<SegmentPair>& pairs);
+  /// Returns how many became part of another.
+  int update(const std::vector<Segment>& seen, const std::vector<SegmentPair>& pairs);
 
   /// Steps 3 to 7.
-  void add(const Scan& scan, const Pose2& T_map_robot);
+  SegmentSteps add(const Scan& scan, const Pose2& T_map_robot);
 
   /// Everything, map frame.
   const std::vector<Segment>& segments() const { return segments_; }
@@ -110,7 +123,7 @@ class SegmentMap {
   std::vector<Segment> walls() const;
 
  private:
-  void merge_with_others(std::size_t changed);
+  int merge_with_others(std::size_t changed);
   void erase(std::size_t index);
 
   SegmentMapOptions options_;
@@ -126,7 +139,9 @@ bool same_wall(const Segment& a, const Segment& b, const SegmentMapOptions& opti
 Segment fused(const Segment& a, const Segment& b);
 
 /// The map of a site's scans at their final poses, in log order. Lost scans and poses that are not
-/// finite are left out. Throws Error when an option is out of its range.
-SegmentMap build_segments(const Site& site, const SegmentMapOptions& options = {});
+/// finite are left out. Its walls are then refined (map/segment_refinement), unless the options say
+/// no. `log`: gets a row for each scan taken. Throws Error when an option is out of its range.
+SegmentMap build_segments(const Site& site, const SegmentMapOptions& options = {},
+                          std::vector<SegmentSteps>* log = nullptr);
 
 }  // namespace majak::map

@@ -34,6 +34,23 @@ map::SurfelMap surfaces(const Site& site) {
   return surfels;
 }
 
+map::SurfelMap surfaces(std::span<const map::Segment> segments) {
+  constexpr double kSpacing = 0.05;  // m
+  map::SurfelMapOptions options;
+  options.merge_radius = 0.4 * kSpacing;
+  map::SurfelMap surfels(options);
+  for (const map::Segment& s : segments) {
+    const Vec2 n = s.normal();
+    const int pieces = std::max(1, static_cast<int>(std::lround(s.length() / kSpacing)));
+    for (int i = 0; i < pieces; ++i) {
+      const Vec2 p = s.a + (s.b - s.a) * (i + 0.5) / pieces;
+      surfels.add(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(n.x()),
+                  static_cast<float>(n.y()));
+    }
+  }
+  return surfels;
+}
+
 map::SurfelMap surfaces(const map::KnownMap& map) {
   map::SurfelMapOptions options;
   options.cell = std::max(options.cell, map.resolution);
