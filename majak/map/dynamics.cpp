@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "majak/core/error.hpp"
+#include "majak/map/scan_choice.hpp"
 #include "majak/map/scan_window.hpp"
 
 namespace majak::map {
@@ -34,37 +35,6 @@ void check(DynamicsOptions options) {
     if (!(value >= field.info.min && value <= field.info.max))
       throw Error("option " + field.name + " is out of its range");
   }
-}
-
-/// Scans that moved, turned, or came late enough after the last chosen one of the same laser.
-std::vector<std::size_t> choose_scans(const Site& site, const DynamicsOptions& options) {
-  struct Last {
-    int laser;
-    Pose2 pose;
-    Time time;
-  };
-  std::vector<std::size_t> chosen;
-  std::vector<Last> last;
-  for (std::size_t i = 0; i < site.scans.size(); ++i) {
-    const PosedScan& posed = site.scans[i];
-    if (!drawable(posed, options.grid)) continue;
-    const Pose2& pose = posed.estimate.T_map_robot;
-    const auto same = std::find_if(last.begin(), last.end(),
-                                   [&](const Last& l) { return l.laser == posed.scan.laser; });
-    if (same == last.end()) {
-      last.push_back({posed.scan.laser, pose, posed.scan.time});
-    } else {
-      const double moved = (pose.translation() - same->pose.translation()).norm();
-      const double turned = std::abs(angle_diff(pose.theta, same->pose.theta));
-      const double later = to_seconds(posed.scan.time - same->time);
-      if (moved < options.grid.scan_spacing && turned < options.grid.scan_turn &&
-          later < options.interval)
-        continue;
-      *same = {posed.scan.laser, pose, posed.scan.time};
-    }
-    chosen.push_back(i);
-  }
-  return chosen;
 }
 
 }  // namespace
@@ -228,7 +198,9 @@ std::optional<double> DynamicsMap::occupied_at(const CellHistory& cell, double t
 DynamicsMap build_dynamics(const Site& site, const DynamicsOptions& options, Threads threads) {
   check(options);
   DynamicsMap map(options);
-  const std::vector<std::size_t> chosen = choose_scans(site, options);
+  const std::vector<std::size_t> chosen =
+      scans_to_draw(site, {options.grid.resolution, options.grid.max_range,
+                           options.grid.scan_spacing, options.grid.scan_turn, options.interval});
   if (chosen.empty()) return map;
   map.begin_ = site.scans[chosen.front()].scan.time;
   map.duration_ = to_seconds(site.scans[chosen.back()].scan.time - map.begin_);

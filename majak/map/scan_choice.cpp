@@ -8,22 +8,30 @@
 #include "majak/map/drawable.hpp"
 
 namespace majak::map {
+
 std::vector<std::size_t> scans_to_draw(const Site& site, const ScanChoice& choice) {
+  struct Last {
+    int laser;
+    Pose2 pose;
+    Time time;
+  };
   std::vector<std::size_t> chosen;
-  std::vector<std::pair<int, Pose2>> last;  // by laser
+  std::vector<Last> last;
   for (std::size_t i = 0; i < site.scans.size(); ++i) {
     const PosedScan& posed = site.scans[i];
     if (!drawable(posed, choice.resolution, choice.max_range)) continue;
-    const Pose2& pose = posed.estimate.T_map_robot;
-    const auto same = std::find_if(last.begin(), last.end(),
-                                   [&](const auto& l) { return l.first == posed.scan.laser; });
-    if (same != last.end()) {
-      const double moved = (pose.translation() - same->second.translation()).norm();
-      const double turned = std::abs(angle_diff(pose.theta, same->second.theta));
-      if (moved < choice.spacing && turned < choice.turn) continue;
-      same->second = pose;
+    const Last now{posed.scan.laser, posed.estimate.T_map_robot, posed.scan.time};
+    const auto same =
+        std::find_if(last.begin(), last.end(), [&](const Last& l) { return l.laser == now.laser; });
+    if (same == last.end()) {
+      last.push_back(now);
     } else {
-      last.emplace_back(posed.scan.laser, pose);
+      const double moved = (now.pose.translation() - same->pose.translation()).norm();
+      const double turned = std::abs(angle_diff(now.pose.theta, same->pose.theta));
+      if (moved < choice.spacing && turned < choice.turn &&
+          to_seconds(now.time - same->time) < choice.interval)
+        continue;
+      *same = now;
     }
     chosen.push_back(i);
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "majak/core/site.hpp"
@@ -10,15 +11,16 @@
 namespace majak::map {
 
 struct ScanChoice {
-  double resolution = 0.05;  ///< m, side of a cell
-  double max_range = 30;     ///< m, beams are drawn so far
-  double spacing = 0.15;     ///< m
-  double turn = 0.15;        ///< rad
+  double resolution = 0.05;                                   ///< m, side of a cell
+  double max_range = 30;                                      ///< m, beams are drawn so far
+  double spacing = 0.15;                                      ///< m
+  double turn = 0.15;                                         ///< rad
+  double interval = std::numeric_limits<double>::infinity();  ///< s
 };
 
-/// Indices of the scans that moved `spacing` or turned by `turn` against the last chosen one of the
-/// same laser, ascending. None that is lost, or of which place or beams are not finite or too far
-/// away to be counted in cells.
+/// Indices of the scans that moved `spacing`, turned by `turn` or came `interval` after the last
+/// chosen one of the same laser, ascending. None that is lost, or of which place or beams are not
+/// finite or too far away to be counted in cells.
 std::vector<std::size_t> scans_to_draw(const Site& site, const ScanChoice& choice);
 
 }  // namespace majak::map
