@@ -9,9 +9,11 @@
 #include <iterator>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/named_rooms.hpp"
+#include "app/solid_log.hpp"
 #include "app/write_figure.hpp"
 #include "majak/core/error.hpp"
 #include "majak/draw/face.hpp"
@@ -35,6 +37,7 @@ constexpr const char* kHelp =
     "  majak export hall glb                  walls raised to 2.5 m, for browsers; also wrl, ply\n"
     "  majak export hall graphml              rooms and doors as a graph; json: with outlines and "
     "cells\n"
+    "  majak export hall glb --log my.log     planes that its second, upright laser saw; --look\n"
     "  majak export hall dxf --set segments.min_length=0.2     shorter pieces, too\n"
     "  majak export map.yaml dxf              the walls of a map that others made of cells\n"
     "\n"
@@ -56,6 +59,7 @@ struct ExportCommand {
   double resolution = 0;
   std::vector<std::string> set;
   draw::FaceOptions options;
+  SolidLog second;
 };
 
 const ExportFormat& format_called(const std::string& name) {
@@ -70,12 +74,16 @@ const ExportFormat& format_called(const std::string& name) {
 
 draw::FacePage page_of(const ExportCommand& o, const ExportFormat& format) {
   const auto input = io::read_map(o.run, o.resolution);
-  const std::string face = format.face;
+  const bool solid = !o.second.log.empty() && std::string_view(format.face) == "walls-3d";
+  const std::string face = solid ? "solid" : format.face;
   if (!input.site && face != "segments")
     throw Error(fmt::format("{}: a map of cells has no {}; that takes the run it was made from",
                             o.run, face));
   try {
-    return input.site ? draw::face(face).make(*input.site, o.options)
+    const auto cloud = input.site ? read_cloud(*input.site, o.second) : std::nullopt;
+    draw::FaceOptions options = o.options;
+    options.cloud = cloud ? &*cloud : nullptr;
+    return input.site ? draw::face(face).make(*input.site, options)
                       : draw::contours_page(*input.known, input.T_world_map);
   } catch (const Error& e) {
     throw Error(fmt::format("{}: {}", o.run, e.what()));
@@ -86,13 +94,15 @@ void run_export(ExportCommand& o) {
   const ExportFormat& format = format_called(o.format);
   OptionFields fields;
   describe(fields, o.options);
+  describe(fields, o.second);
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
   const std::string ending = "." + o.format;
   if (o.output.empty()) o.output = results_folder(o.run, ending.c_str());
   o.options.labels = io::read_labels(labels_path(o.run));
   const draw::FacePage page = page_of(o, format);
-  for (const draw::FaceFile& file : page.files)
-    if (file.name.ends_with(ending)) io::write_file_atomically(o.output, file.bytes);
+  const auto file = std::find_if(page.files.begin(), page.files.end(),
+                                 [&](const auto& f) { return f.name.ends_with(ending); });
+  io::write_file_atomically(o.output, file->bytes);
   fmt::print("{}:", o.output);
   for (const auto& [name, value] : page.figures) fmt::print(" {} {:.6g}", name, value);
   fmt::print("\n");
@@ -109,6 +119,7 @@ void add_export(CLI::App& app) {
       ->required();
   command->add_option("FORMAT", o->format, "svg, dxf, geojson, wkt, graphml, json, wrl, glb or ply")
       ->required();
+  add_solid_log(*command, o->second);
   command->add_option("-o,--output", o->output,
                       "the file (default: the run's name and the format)");
   command->add_option("--map-resolution", o->resolution, "m a pixel, of a picture without a YAML");

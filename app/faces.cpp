@@ -17,6 +17,7 @@
 
 #include "app/named_rooms.hpp"
 #include "app/progress.hpp"
+#include "app/solid_log.hpp"
 #include "app/write_figure.hpp"
 #include "majak/core/error.hpp"
 #include "majak/draw/face.hpp"
@@ -40,6 +41,7 @@ constexpr const char* kHelp =
     "  majak faces hall segments occupancy  these two\n"
     "  majak faces hall --from 60 --to 120  of what was seen in the second minute\n"
     "  majak faces hall --near 12,3,5       of what was seen from within 5 m of (12, 3)\n"
+    "  majak faces hall solid --log my.log --look up    of a second laser that stands upright\n"
     "  majak faces hall inflated --set robot.radius=0.45\n"
     "\n"
     "The folder holds faces.html, each face as NAME.png and NAME.svg, and its files for other\n"
@@ -52,6 +54,7 @@ struct FacesCommand {
   int threads = 0;
   map::ScanSelection selection;
   draw::FaceOptions options;
+  SolidLog second;
 };
 
 void list_faces() {
@@ -106,11 +109,14 @@ void run_faces(FacesCommand& o) {
     for (const draw::Face& f : draw::faces()) chosen.push_back(&f);
   OptionFields fields;
   describe(fields, o.options);
+  describe(fields, o.second);
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
   const int hardware = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   o.options.threads = {o.threads > 0 ? o.threads : hardware};
   const Site site = site_of(o);
   o.options.labels = io::read_labels(labels_path(o.run));
+  const auto cloud = read_cloud(site, o.second);
+  o.options.cloud = cloud ? &*cloud : nullptr;
   if (o.output.empty()) o.output = results_folder(o.run, "-faces");
   const fs::path folder = o.output;
   make_folder(folder);
@@ -139,6 +145,7 @@ void add_faces(CLI::App& app) {
   command->add_option("--from", o->selection.from, "only scans from so many s after the first");
   command->add_option("--to", o->selection.to, "only scans until so many s after the first");
   command->add_option("--near", o->near, "only scans taken there: x,y,radius in m");
+  add_solid_log(*command, o->second);
   command->add_option("-o,--output", o->output, "folder (default: the run's name-faces)");
   command->add_option("--threads", o->threads, "0: as many as there are");
   command->add_option("--set", o->set, "one option: name=value");

@@ -21,6 +21,7 @@
 #include "majak/sim/buildings.hpp"
 #include "majak/sim/plan.hpp"
 #include "majak/sim/simulator.hpp"
+#include "majak/sim/solid_simulator.hpp"
 #include "majak/sim/tour.hpp"
 
 namespace majak::app {
@@ -39,6 +40,10 @@ struct SimulateOptions {
   double noise = 1;
   std::vector<std::string> set;
   bool json = false;
+  std::string second;  // where a second laser looks; empty: there is none
+  std::string tilt;    // its tilts go to that file
+  double nod = 0;      // degrees
+  map::LaserMounting mounting;
   sim::TourOptions tour;
   sim::SimulationOptions simulation;
 };
@@ -64,6 +69,8 @@ constexpr const char* kHelp =
     "  majak simulate park --satellites             1.8 km among 200 trunks by car, fixes now and "
     "then\n"
     "  majak simulate --reflectors r.txt            with reflectors, and how bright each echo is\n"
+    "  majak simulate solid_rooms --second up       with a second, upright laser\n"
+    "  majak simulate solid_yard --second down --nod 15 --tilt tilt.txt    that nods\n"
     "  majak simulate --lag 0.1 --wrong-direction   a log as bad as some old ones\n"
     "\n"
     "The log is in CARMEN's format, the true poses are its TRUEPOS lines; or, if its name ends in\n"
@@ -79,6 +86,15 @@ sim::Scene find_scene(const SimulateOptions& o) {
   const bool known = std::find(names.begin(), names.end(), o.world) != names.end();
   if (known || !fs::exists(o.world)) return sim::built_in(o.world);
   return sim::read_plan(o.world, o.cell);
+}
+
+/// Of a place without heights: its walls raised, under a ceiling.
+sim::SolidRooms find_place(const SimulateOptions& o) {
+  if (o.world == "solid_rooms") return sim::solid_rooms();
+  if (o.world == "solid_yard") return sim::solid_yard();
+  sim::SolidRooms place{find_scene(o), {}};
+  if (!o.second.empty()) place.solid = sim::raised(place.plan);
+  return place;
 }
 
 struct Summary {
@@ -137,7 +153,8 @@ void print_summary(const SimulateOptions& o, const Summary& s, const sim::RobotR
       100 * no_return, error, degrees(turn));
 }
 
-Summary write_log(sim::Simulator& simulator, const SimulateOptions& o) {
+template <class Simulator>
+Summary write_log(Simulator& simulator, const SimulateOptions& o) {
   Summary summary;
   const auto write = [&](auto& log) {
     while (const auto event = simulator.next()) {
@@ -204,29 +221,51 @@ void settle(SimulateOptions& o) {
   if (o.drive == "car") sim::make_car(o.simulation);  // --set may change it
 }
 
+void finish(const SimulateOptions& o, const Summary& summary, const sim::Simulator& simulator,
+            const sim::World& world) {
+  if (!o.landmarks.empty()) write_landmarks(simulator, world, o);
+  if (!o.doors.empty()) write_doors(simulator, o);
+  print_summary(o, summary, simulator.run());
+}
+
+void simulate_with_second(const sim::World& world, const sim::SolidScene& scene,
+                          const sim::Path& path, const SimulateOptions& o) {
+  const sim::SolidWorld solid(scene);
+  sim::SecondLaserOptions second;
+  second.mounting = map::looking(o.second, o.mounting);
+  second.beams = o.simulation.beams;
+  second.nod = radians(o.nod);
+  sim::SolidSimulator simulator(world, solid, path, o.simulation, second);
+  finish(o, write_log(simulator, o), simulator.first(), world);
+  if (o.tilt.empty()) return;
+  std::string text;
+  for (const auto& [time, tilt] : simulator.tilt().samples())
+    text += fmt::format("{:.6f} {:.6f}\n", to_seconds(time), tilt);
+  io::write_file_atomically(o.tilt, text);
+}
+
 void run_simulate(SimulateOptions& o) {
   settle(o);
   OptionFields fields;
   sim::describe(fields, o.simulation);
+  map::describe(fields, o.mounting);
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
   if (o.noise != 1) sim::scale_noise(o.simulation, o.noise);
   if (o.simulation.satellites.on && !is_mcap(o.output))
     throw Error(o.output +
                 ": CARMEN's format has no record for fixes in the world's frame: write a "
                 "recording (-o NAME.mcap)");
-  sim::Scene scene = find_scene(o);
+  sim::SolidRooms place = find_place(o);
   if (!o.reflectors.empty()) {
     for (const beacon::Beacon& b : io::read_beacon_map(o.reflectors).beacons)
-      scene.discs.push_back(sim::reflector(b.p_map));
+      place.plan.discs.push_back(sim::reflector(b.p_map));
     o.simulation.intensities = true;
   }
-  const sim::World world(std::move(scene));
+  const sim::World world(std::move(place.plan));
   const sim::Path path = sim::plan_tour(world, o.tour);
+  if (!o.second.empty()) return simulate_with_second(world, place.solid, path, o);
   sim::Simulator simulator(world, path, o.simulation);
-  const Summary summary = write_log(simulator, o);
-  if (!o.landmarks.empty()) write_landmarks(simulator, world, o);
-  if (!o.doors.empty()) write_doors(simulator, o);
-  print_summary(o, summary, simulator.run());
+  finish(o, write_log(simulator, o), simulator, world);
 }
 
 }  // namespace
@@ -236,8 +275,8 @@ void add_simulate(CLI::App& app) {
   CLI::App* command = app.add_subcommand("simulate", kHelp);
   command
       ->add_option("world", o->world,
-                   "building, ring, large_ring, corridor, yard, park, office-N (made up from the "
-                   "number N), or a plan (text or PNG)")
+                   "building, ring, large_ring, corridor, yard, park, solid_rooms, solid_yard, "
+                   "office-N (made up from the number N), or a plan (text or PNG)")
       ->capture_default_str();
   command->add_option(
       "-o,--output", o->output,
@@ -299,6 +338,12 @@ void add_simulate(CLI::App& app) {
       ->capture_default_str();
   command->add_flag("--wrong-direction", o->simulation.robot.wrong_direction,
                     "odometry counts backing as a way ahead");
+  command->add_option("--second", o->second,
+                      "a second laser that looks up (upright), left, right, down or level");
+  command->add_option("--nod", o->nod, "degrees, the second laser nods by that to either side")
+      ->check(CLI::Range(0.0, 80.0).description(""))
+      ->capture_default_str();
+  command->add_option("--tilt", o->tilt, "a file of lines `seconds radians` to write: how it nods");
   command->add_option("--set", o->set,
                       "any other option: robot.slip=0.01, laser.no_return=0, satellites.jump=5, "
                       "robot.steering_stuck_for=3, simulate.felled=0.2 ...");

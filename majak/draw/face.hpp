@@ -15,12 +15,16 @@
 #include "majak/draw/figure.hpp"
 #include "majak/io/summary.hpp"
 #include "majak/map/contours.hpp"
+#include "majak/map/elevation.hpp"
 #include "majak/map/forward_grid.hpp"
 #include "majak/map/inflation.hpp"
 #include "majak/map/intensity.hpp"
 #include "majak/map/occupancy_grid.hpp"
+#include "majak/map/planes.hpp"
+#include "majak/map/raised_walls.hpp"
 #include "majak/map/room_labels.hpp"
 #include "majak/map/segment_map.hpp"
+#include "majak/map/solid_map.hpp"
 #include "majak/map/topology.hpp"
 
 namespace majak::draw {
@@ -52,6 +56,12 @@ struct FaceOptions {
   map::InflationOptions inflation;
   map::TopologyOptions rooms;
   std::vector<map::RoomLabel> labels;  ///< names that people gave to rooms
+  map::RaiseOptions raise;
+  map::PlaneOptions planes;
+  map::SolidOptions solid;
+  map::ElevationOptions elevation;
+  /// What a laser out of the plane has seen; null: nothing.
+  const map::SolidCloud* cloud = nullptr;
   Threads threads;
 };
 void describe(OptionFields& fields, FaceOptions& options);
@@ -75,6 +85,9 @@ FacePage forward_face(const Site& site, const FaceOptions& options);
 FacePage intensity_face(const Site& site, const FaceOptions& options);
 FacePage segments_face(const Site& site, const FaceOptions& options);
 FacePage rooms_face(const Site& site, const FaceOptions& options);
+FacePage raised_face(const Site& site, const FaceOptions& options);
+FacePage solid_face(const Site& site, const FaceOptions& options);
+FacePage elevation_face(const Site& site, const FaceOptions& options);
 
 /// The same page of any walls, and of the walls of a map of cells (m of T_world_map's world), with
 /// what the conversion lost and made up. Throws Error when there is none.

@@ -19,6 +19,9 @@ constexpr Face kFaces[] = {
     {"inflated", "where the robot's middle may not go", inflated_face},
     {"segments", "walls as straight pieces, each once", segments_face},
     {"rooms", "rooms, corridors and the doors between them", rooms_face},
+    {"walls-3d", "the walls raised to a height, on the free floor", raised_face},
+    {"solid", "planes and what is not flat, by a second laser out of the plane", solid_face},
+    {"elevation", "how high and how steep the ground is, by such a laser", elevation_face},
 };
 
 std::string size_text(std::size_t bytes) {
@@ -63,6 +66,10 @@ void describe(OptionFields& fields, FaceOptions& o) {
   map::describe(fields, o.forward);
   map::describe(fields, o.intensity);
   map::describe(fields, o.rooms);
+  map::describe(fields, o.raise);
+  map::describe(fields, o.planes);
+  map::describe(fields, o.solid);
+  map::describe(fields, o.elevation);
 }
 
 std::span<const Face> faces() { return kFaces; }

@@ -64,7 +64,7 @@ ElevationCell cell_of(const Column& column, double voxel, const ElevationOptions
   return cell;
 }
 
-/// Plane of least squares through the heights around a cell (22.9), each by its variance.
+/// Plane of least squares through the heights around a cell (22.6), each by its variance.
 void fit_slope(const Elevation& map, int ix, int iy, const ElevationOptions& o,
                ElevationCell& cell) {
   const int reach = std::max(1, static_cast<int>(std::lround(o.slope_radius / map.resolution)));

@@ -51,6 +51,7 @@ class TiltTrack {
   /// rad; held at the ends, 0 without samples.
   double at(Time time) const;
   bool empty() const { return samples_.empty(); }
+  const std::vector<std::pair<Time, double>>& samples() const { return samples_; }
 
  private:
   std::vector<std::pair<Time, double>> samples_;

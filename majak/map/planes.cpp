@@ -169,7 +169,8 @@ class PlaneFinder {
   /// The share of a point that no plane explains.
   double left_over(std::uint32_t i) const { return outside_ / (outside_ + explained_[i]); }
 
-  /// How much better a point is explained with `e` than with `other`, both the best there is.
+  /// How much better a point is explained with `e` than with `other`, both the best there is
+  /// (22.5).
   double better(double e, double other) const {
     return e > other ? std::log((outside_ + e) / (outside_ + other)) : 0;
   }
@@ -236,7 +237,10 @@ class PlaneFinder {
       tried_[i] = 1;
       Plane plane = grown_from(i);
       double gain = 0;
-      for_each_point(plane, [&](std::uint32_t k, double e) { gain += better(e, best_[k]); });
+      for_each_point(plane, [&](std::uint32_t k, double e) {
+        tried_[k] |= e > 0.5;
+        gain += better(e, best_[k]);
+      });
       if (gain <= penalty_) continue;
       add_explained(plane);
       planes_.push_back(std::move(plane));

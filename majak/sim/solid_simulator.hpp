@@ -31,6 +31,7 @@ class SolidSimulator {
 
   /// How the second laser nods: 0 at the run's begin.
   map::TiltTrack tilt() const;
+  const Simulator& first() const { return simulator_; }
   const RobotRun& run() const { return simulator_.run(); }
 
  private:

@@ -63,10 +63,28 @@ Site lost() {
   return site;
 }
 
+/// Floor and a wall, as a second laser saw them.
+map::SolidCloud cloud() {
+  map::SolidCloud cloud;
+  for (int k = 0; k < 15; ++k)
+    for (int i = 0; i < 15; ++i) {
+      map::SolidPoint floor, wall;
+      floor.count = wall.count = 1;
+      floor.normal = floor.towards = Vec3::UnitZ(), wall.normal = wall.towards = Vec3::UnitX();
+      floor.mean = {0.1 * i + 0.05, 0.1 * k + 0.05, 0}, floor.cell = {i, k, 0};
+      wall.mean = {0, 0.1 * i + 0.05, 0.1 * k + 0.1}, wall.cell = {0, i, k + 1};
+      cloud.points.push_back(floor), cloud.points.push_back(wall);
+    }
+  return cloud;
+}
+
 class EveryFace : public ::testing::TestWithParam<Face> {};
 
 TEST_P(EveryFace, IsAPageOfARoom) {
-  const FacePage page = GetParam().make(room(60), {});
+  const map::SolidCloud seen = cloud();
+  FaceOptions options;
+  options.cloud = &seen;
+  const FacePage page = GetParam().make(room(60), options);
   EXPECT_FALSE(page.lead.empty());
   EXPECT_GT(page.bytes, 0U);
   ASSERT_EQ(page.figure.panels.size(), 1U);
