@@ -217,9 +217,12 @@ void measure(const std::string& run, map::ForwardGridOptions options,
   {
     const double begin = cpu(), begin_wall = wall();
     const map::ForwardGrid whole = build_forward_grid(*site, options, threads);
-    fmt::print("{} scans of {}, {} rounds, {:.2f} s of CPU, {:.2f} s; {} bytes, {:.0f} m2\n",
-               whole.scans_drawn(), site->scans.size(), whole.posterior().size(), cpu() - begin,
-               wall() - begin_wall, whole.bytes(), whole.known_area());
+    fmt::print(
+        "{} scans of {}, {} rounds, {:.2f} s of CPU, {:.2f} s; {} bytes, {:.0f} m2; "
+        "log-odds {} bytes\n",
+        whole.scans_drawn(), site->scans.size(), whole.posterior().size(), cpu() - begin,
+        wall() - begin_wall, whole.bytes(), whole.known_area(),
+        build_occupancy_grid(*site, grid_options).bytes());
   }
   const Split parts = split(std::move(*site), options, pieces);
   options.scan_spacing = grid_options.scan_spacing = 0;

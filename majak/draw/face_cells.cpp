@@ -21,6 +21,11 @@ std::size_t bytes_of(const Site& site) {
   return bytes;
 }
 
+/// Of one box of cells around everything.
+double dense_bytes(const map::CellBox& box) {
+  return static_cast<double>(box.width) * static_cast<double>(box.height) * sizeof(std::int16_t);
+}
+
 /// White for none, black from kMany on; each doubling is as much darker.
 Colour shade_of(std::uint16_t count) {
   constexpr double kMany = 64;
@@ -61,7 +66,10 @@ FacePage occupancy_face(const Site& site, const FaceOptions& o) {
   page.bytes = grid.bytes();
   page.figures = {{"cell_m", grid.resolution()},
                   {"known_area_m2", grid.known_area()},
-                  {"scans_drawn", static_cast<double>(grid.scans_drawn())}};
+                  {"scans_drawn", static_cast<double>(grid.scans_drawn())},
+                  {"dense_B", dense_bytes(grid.bounds())},
+                  {"cells_twice_as_wide_B", static_cast<double>(coarser(grid, 2).bytes())},
+                  {"cells_four_times_as_wide_B", static_cast<double>(coarser(grid, 4).bytes())}};
   page.figure = map_sheet("Occupancy grid", {grid_picture(grid)});
   page.files = {{"occupancy.pgm", io::pgm_text(io::trinary_map(grid, frame))},
                 {"occupancy.yaml", io::map_yaml(frame, "occupancy.pgm")}};

@@ -15,4 +15,15 @@ double OccupancyGrid::known_area() const {
   return static_cast<double>(cells) * resolution_ * resolution_;
 }
 
+OccupancyGrid coarser(const OccupancyGrid& grid, int factor) {
+  OccupancyGrid coarse(grid.resolution() * factor);
+  const auto down = [factor](int i) { return (i >= 0 ? i : i - factor + 1) / factor; };
+  grid.for_each([&](int ix, int iy, float log_odds) {
+    const int x = down(ix), y = down(iy);
+    if (!coarse.known(x, y) || log_odds > coarse.log_odds(x, y))
+      coarse.set_log_odds(x, y, log_odds);
+  });
+  return coarse;
+}
+
 }  // namespace majak::map

@@ -45,7 +45,7 @@ class OccupancyGrid {
  public:
   static constexpr int kTileBits = Tiles<std::int16_t>::kBits;
   static constexpr int kTileSize = Tiles<std::int16_t>::kSize;  ///< cells along a tile's side
-  static constexpr double kUnit = 1e-3;             ///< log-odds are stored as int16 in this unit
+  static constexpr double kUnit = 1e-3;  ///< log-odds are stored as int16 in this unit
   static constexpr std::int16_t kUnknown = INT16_MIN;
 
   explicit OccupancyGrid(double resolution = 0.05) : resolution_(resolution) {}
@@ -76,6 +76,14 @@ class OccupancyGrid {
     tiles_.copy_row(x0, iy, width, out);
   }
 
+  /// body(ix, iy, log_odds) for every known cell.
+  template <class Body>
+  void for_each(const Body& body) const {
+    tiles_.for_each([&](int ix, int iy, std::int16_t v) {
+      if (v != kUnknown) body(ix, iy, static_cast<float>(v * kUnit));
+    });
+  }
+
   /// Stored values of a tile, see Tiles.
   std::int16_t* tile(int tx, int ty) { return tiles_.tile(tx, ty); }
   /// Null when missing.
@@ -95,5 +103,9 @@ class OccupancyGrid {
 /// Throws Error when an option is out of its range.
 OccupancyGrid build_occupancy_grid(const Site& site, const OccupancyGridOptions& options = {},
                                    Threads threads = {});
+
+/// Cells `factor` times as wide (1 or more), for what wants to be quick or far-sighted: each has
+/// the highest log-odds of the known cells in it, so that nothing that stands in the way is lost.
+OccupancyGrid coarser(const OccupancyGrid& grid, int factor);
 
 }  // namespace majak::map

@@ -76,6 +76,33 @@ TEST(OccupancyGrid, CopiesRowsAsCellsTell) {
   }
 }
 
+TEST(OccupancyGrid, CoarserCellsKeepWhatStandsInTheWay) {
+  RandomStream random(4, 0);
+  OccupancyGrid grid(0.05);
+  for (int i = 0; i < 3000; ++i)
+    grid.set_log_odds(static_cast<int>(random.uniform(-90, 90)),
+                      static_cast<int>(random.uniform(-90, 90)),
+                      static_cast<float>(random.uniform(-3, 3)));
+  const OccupancyGrid twice = coarser(grid, 2), four = coarser(grid, 4), again = coarser(twice, 2);
+  EXPECT_DOUBLE_EQ(four.resolution(), 0.2);
+  EXPECT_LT(four.bytes(), grid.bytes() / 2);
+  for (int y = -24; y < 24; ++y)
+    for (int x = -24; x < 24; ++x) {
+      bool known = false;
+      float highest = -100;
+      for (int k = 0; k < 16; ++k) {
+        const int ix = 4 * x + k % 4, iy = 4 * y + k / 4;
+        known |= grid.known(ix, iy);
+        if (grid.known(ix, iy)) highest = std::max(highest, grid.log_odds(ix, iy));
+      }
+      ASSERT_EQ(four.known(x, y), known);
+      ASSERT_EQ(again.known(x, y), known);
+      if (!known) continue;
+      ASSERT_NEAR(four.log_odds(x, y), highest, 1e-6);
+      ASSERT_EQ(four.log_odds(x, y), again.log_odds(x, y));
+    }
+}
+
 TEST(BuildOccupancyGrid, DrawsOneBeam) {
   Site site;
   site.scans = {scan_at({0.5, 0.5, 0}, {4.0F})};
