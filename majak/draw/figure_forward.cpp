@@ -82,7 +82,7 @@ Panel panel_of(const Box& place, const std::string& title, const map::OccupancyG
   Panel panel{.place = place,
               .title = title,
               .x = {"x (m)", kLeft - 0.3, kRight + 0.3},
-              .y = {"y (m)", -0.3, kTop + 0.3}};
+              .y = {"y (m)", -1.1, kTop + 0.3}};
   panel.marks.emplace_back(grid_picture(grid));
   for (const sim::Segment& s : scene.segments)
     panel.marks.emplace_back(

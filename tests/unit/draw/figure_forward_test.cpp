@@ -2,6 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <stdexcept>
+#include <utility>
+#include <variant>
 
 #include "majak/draw/thesis_figures.hpp"
 
