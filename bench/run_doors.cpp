@@ -266,6 +266,7 @@ int main(int argc, char** argv) {
     Case c;
     std::string run_path;
     OptionFields fields;
+    describe(fields, c.dynamics.grid);
     describe(fields, c.dynamics);
     describe(fields, c.doors);
     for (int i = 1; i < argc; ++i) {

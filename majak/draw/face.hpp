@@ -15,10 +15,12 @@
 #include "majak/draw/figure.hpp"
 #include "majak/io/summary.hpp"
 #include "majak/map/contours.hpp"
+#include "majak/map/doors.hpp"
 #include "majak/map/elevation.hpp"
 #include "majak/map/forward_grid.hpp"
 #include "majak/map/inflation.hpp"
 #include "majak/map/intensity.hpp"
+#include "majak/map/objects.hpp"
 #include "majak/map/occupancy_grid.hpp"
 #include "majak/map/planes.hpp"
 #include "majak/map/raised_walls.hpp"
@@ -26,6 +28,7 @@
 #include "majak/map/segment_map.hpp"
 #include "majak/map/solid_map.hpp"
 #include "majak/map/topology.hpp"
+#include "majak/map/visits.hpp"
 
 namespace majak::draw {
 
@@ -47,6 +50,12 @@ struct RobotSize {
   double radius = 0.3;  ///< m
 };
 
+/// When the map of the dynamics' face is shown as it was.
+struct MapTime {
+  double time = -1;       ///< s since the first scan; less than 0: the cells by kind instead
+  bool hindsight = true;  ///< false: what was believed then
+};
+
 struct FaceOptions {
   map::OccupancyGridOptions grid;
   map::SegmentMapOptions segments;
@@ -62,6 +71,11 @@ struct FaceOptions {
   map::ElevationOptions elevation;
   /// What a laser out of the plane has seen; null: nothing.
   const map::SolidCloud* cloud = nullptr;
+  map::DynamicsOptions dynamics;  ///< its grid is `grid`
+  MapTime map_at;
+  map::DoorOptions doors;
+  map::VisitOptions visits;
+  map::ObjectOptions objects;
   Threads threads;
 };
 void describe(OptionFields& fields, FaceOptions& options);
@@ -83,6 +97,8 @@ FacePage occupancy_face(const Site& site, const FaceOptions& options);
 FacePage inflated_face(const Site& site, const FaceOptions& options);
 FacePage forward_face(const Site& site, const FaceOptions& options);
 FacePage intensity_face(const Site& site, const FaceOptions& options);
+FacePage dynamics_face(const Site& site, const FaceOptions& options);
+FacePage objects_face(const Site& site, const FaceOptions& options);
 FacePage segments_face(const Site& site, const FaceOptions& options);
 FacePage rooms_face(const Site& site, const FaceOptions& options);
 FacePage raised_face(const Site& site, const FaceOptions& options);

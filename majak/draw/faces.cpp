@@ -17,6 +17,9 @@ constexpr Face kFaces[] = {
     {"forward", "the one map under which all beams together are likeliest", forward_face},
     {"intensity", "how bright surfaces are, whatever the distance", intensity_face},
     {"inflated", "where the robot's middle may not go", inflated_face},
+    {"dynamics", "cells that stay, cells where something passed, doors and when they opened",
+     dynamics_face},
+    {"objects", "things that stood elsewhere on another visit, each with its shape", objects_face},
     {"segments", "walls as straight pieces, each once", segments_face},
     {"rooms", "rooms, corridors and the doors between them", rooms_face},
     {"walls-3d", "the walls raised to a height, on the free floor", raised_face},
@@ -70,6 +73,13 @@ void describe(OptionFields& fields, FaceOptions& o) {
   map::describe(fields, o.planes);
   map::describe(fields, o.solid);
   map::describe(fields, o.elevation);
+  map::describe(fields, o.dynamics);
+  fields.add("map_at.time", o.map_at.time,
+             {"s", "the dynamics' face shows the map as it was then; -1: cells by kind", -1, 1e9});
+  fields.add("map_at.hindsight", o.map_at.hindsight, {"", "false: what was believed then"});
+  map::describe(fields, o.doors);
+  map::describe(fields, o.visits);
+  map::describe(fields, o.objects);
 }
 
 std::span<const Face> faces() { return kFaces; }

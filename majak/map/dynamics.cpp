@@ -13,11 +13,6 @@
 namespace majak::map {
 namespace {
 
-std::uint64_t key(int tx, int ty) {
-  return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(tx)) << 32) |
-         static_cast<std::uint32_t>(ty);
-}
-
 double log_odds_of(double p) { return std::log(p / (1 - p)); }
 
 /// (MATH 20.1): the chance after dt.
@@ -30,6 +25,7 @@ double carried(double p, const DynamicsMap::Rates& rates, double dt) {
 void check(DynamicsOptions options) {
   OptionFields fields;
   describe(fields, options);
+  describe(fields, options.grid);
   for (const OptionField& field : fields.list) {
     const double value = *std::get<double*>(field.value);
     if (!(value >= field.info.min && value <= field.info.max))
@@ -40,7 +36,6 @@ void check(DynamicsOptions options) {
 }  // namespace
 
 void describe(OptionFields& fields, DynamicsOptions& o) {
-  describe(fields, o.grid);
   fields.add("dynamics.interval", o.interval,
              {"s", "a scan so much later is drawn even if the robot stands", 0, 1e6});
   fields.add("dynamics.hit_occupied", o.hit_occupied,
@@ -58,34 +53,16 @@ void describe(OptionFields& fields, DynamicsOptions& o) {
 }
 
 CellBox DynamicsMap::bounds() const {
-  if (tiles_.empty()) return {};
-  int x0 = tiles_.front().tx, x1 = x0, y0 = tiles_.front().ty, y1 = y0;
-  for (const Tile& t : tiles_) {
-    x0 = std::min(x0, t.tx), x1 = std::max(x1, t.tx);
-    y0 = std::min(y0, t.ty), y1 = std::max(y1, t.ty);
-  }
-  return {x0 * kTileSize, y0 * kTileSize, (x1 - x0 + 1) * kTileSize, (y1 - y0 + 1) * kTileSize};
+  return cells_.bounds([](const CellHistory& cell) { return cell.known; });
 }
 
 std::size_t DynamicsMap::bytes() const {
-  return tiles_.size() * (sizeof(Tile) + kTileSize * kTileSize * sizeof(CellHistory)) +
-         changes_.size() * sizeof(Changes);
+  return cells_.bytes() + changes_.size() * sizeof(Changes);
 }
 
 const CellHistory* DynamicsMap::history(int ix, int iy) const {
-  constexpr int kBits = OccupancyGrid::kTileBits;
-  const auto found = index_.find(key(ix >> kBits, iy >> kBits));
-  if (found == index_.end()) return nullptr;
-  const int x = ix & (kTileSize - 1), y = iy & (kTileSize - 1);
-  const CellHistory& cell =
-      tiles_[found->second].cells[static_cast<std::size_t>(y * kTileSize + x)];
+  const CellHistory& cell = cells_(ix, iy);
   return cell.known ? &cell : nullptr;
-}
-
-CellHistory* DynamicsMap::row(int tx, int ty, int y) {
-  const auto [found, added] = index_.try_emplace(key(tx, ty), tiles_.size());
-  if (added) tiles_.push_back({tx, ty, std::vector<CellHistory>(kTileSize * kTileSize)});
-  return tiles_[found->second].cells.data() + static_cast<std::ptrdiff_t>(y) * kTileSize;
 }
 
 std::vector<CellChange> DynamicsMap::changes(const CellHistory& cell) const {
@@ -216,8 +193,9 @@ DynamicsMap build_dynamics(const Site& site, const DynamicsOptions& options, Thr
       const auto time =
           static_cast<float>(to_seconds(site.scans[chosen[first + i]].scan.time - map.begin_));
       windows[i].take_rows([&](int tx, int ty, int y, const std::uint8_t* marks) {
-        CellHistory* cells = map.row(tx, ty, y);
-        for (int x = 0; x < DynamicsMap::kTileSize; ++x)
+        CellHistory* cells =
+            map.cells_.tile(tx, ty) + static_cast<std::ptrdiff_t>(y) * OccupancyGrid::kTileSize;
+        for (int x = 0; x < OccupancyGrid::kTileSize; ++x)
           if (marks[x] != ScanWindow::kNothing)
             map.add(cells[x], time, marks[x] == ScanWindow::kHit);
       });

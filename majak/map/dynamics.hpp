@@ -8,13 +8,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <unordered_map>
 #include <vector>
 
 #include "majak/core/options.hpp"
 #include "majak/core/parallel.hpp"
 #include "majak/core/site.hpp"
 #include "majak/map/occupancy_grid.hpp"
+#include "majak/map/tiles.hpp"
 
 namespace majak::map {
 
@@ -29,6 +29,7 @@ struct DynamicsOptions {
   double prior_changes = 0.2;  ///< changes that this is worth
   double stay = 10;            ///< s, what stood for less is passing (a person)
 };
+/// All but those of the grid.
 void describe(OptionFields& fields, DynamicsOptions& options);
 
 enum class CellKind : std::uint8_t {
@@ -68,7 +69,7 @@ class DynamicsMap {
   /// Stamp of the first scan, and s from it to the last.
   Time begin() const { return begin_; }
   double duration() const { return duration_; }
-  CellBox bounds() const;  ///< whole tiles
+  CellBox bounds() const;  ///< tight around all cells that were read
   std::size_t bytes() const;
   std::size_t scans_drawn() const { return scans_drawn_; }
 
@@ -93,22 +94,15 @@ class DynamicsMap {
 
  private:
   friend DynamicsMap build_dynamics(const Site&, const DynamicsOptions&, Threads);
-  static constexpr int kTileSize = OccupancyGrid::kTileSize;
-  struct Tile {
-    int tx, ty;
-    std::vector<CellHistory> cells;
-  };
   using Changes = std::array<CellChange, CellHistory::kKept>;
 
   void state_change(CellHistory& cell, float time);
-  CellHistory* row(int tx, int ty, int y);
 
   DynamicsOptions options_;
   Time begin_ = 0;
   double duration_ = 0;
   std::size_t scans_drawn_ = 0;
-  std::unordered_map<std::uint64_t, std::size_t> index_;
-  std::vector<Tile> tiles_;
+  Tiles<CellHistory> cells_;
   std::vector<Changes> changes_;
 };
 
