@@ -97,10 +97,11 @@ void score(const sim::Door& truth, const Site& site, Time begin, const map::Door
     if (in_look != 3) continue;
     ++o.looks, o.right += right, o.unsure += unsure;
     if (c.verbose && !right)
-      fmt::print("    {} at {:.2f} s: ({:.2f} {:.2f})-({:.2f} {:.2f}) is {}, from {:.1f} m, {:.2f}\n",
-                 unsure ? "unsure" : "wrong", to_seconds(now), doorway.a.x(), doorway.a.y(),
-                 doorway.b.x(), doorway.b.y(), open ? "open" : "closed",
-                 (scan.estimate.T_map_robot.translation() - doorway.a).norm(), watch.open_chance(0));
+      fmt::print(
+          "    {} at {:.2f} s: ({:.2f} {:.2f})-({:.2f} {:.2f}) is {}, from {:.1f} m, {:.2f}\n",
+          unsure ? "unsure" : "wrong", to_seconds(now), doorway.a.x(), doorway.a.y(), doorway.b.x(),
+          doorway.b.y(), open ? "open" : "closed",
+          (scan.estimate.T_map_robot.translation() - doorway.a).norm(), watch.open_chance(0));
     if (changed) ++o.after_change, o.right_after_change += right;
     changed = false;
   }
@@ -146,13 +147,12 @@ Outcome run(const Case& c, int seed) {
   const map::DynamicsMap dynamics = map::build_dynamics(site, c.dynamics);
   o.dynamics_seconds = cpu() - begun;
   o.bytes = dynamics.bytes();
-  const std::vector<map::Doorway> found = map::find_doors(dynamics, c.doors);
+  std::vector<map::Doorway> found;
   begun = cpu();
-  map::door_histories(site, found, c.doors);
+  for (const auto& h : map::doors_that_moved(site, dynamics, c.doors)) found.push_back(h.where);
   o.watch_seconds = cpu() - begun;
   const Time begin = from_seconds(options.start_time);
-  if (c.verbose)
-    io::write_file_atomically("dynamics.png", io::encode_png(picture(dynamics)));
+  if (c.verbose) io::write_file_atomically("dynamics.png", io::encode_png(picture(dynamics)));
   for (const sim::Door& door : simulator.doors()) {
     ++o.doors;
     // Seen in both states, both for long enough?
@@ -160,12 +160,14 @@ Outcome run(const Case& c, int seed) {
     std::map<map::DoorState, int> seen;
     for (const PosedScan& scan : site.scans) {
       watch.add(scan);
-      const Vec2 way = scan.estimate.T_map_robot.translation() - (door.closed.a + door.closed.b) / 2;
+      const Vec2 way =
+          scan.estimate.T_map_robot.translation() - (door.closed.a + door.closed.b) / 2;
       if (watch.in_sight(0) && way.norm() < kNear)
         ++seen[door.open_at(scan.scan.time - begin) ? map::DoorState::open
                                                     : map::DoorState::closed];
     }
-    const bool moved = seen[map::DoorState::open] >= kOften && seen[map::DoorState::closed] >= kOften;
+    const bool moved =
+        seen[map::DoorState::open] >= kOften && seen[map::DoorState::closed] >= kOften;
     const auto at = std::find_if(found.begin(), found.end(), [&](const map::Doorway& d) {
       return same(d, true_doorway(door));
     });
@@ -222,10 +224,12 @@ void print(const Case& c) {
       sum.after_change, percent(sum.right_after_change, sum.after_change));
   fmt::print("all scans from the third on: right {:.1f} %, unsure {:.1f} %\n",
              percent(sum.seen_right, sum.seen), percent(sum.seen_unsure, sum.seen));
-  fmt::print("CPU time: dynamics {:.2f} ms a scan, watching {:.3f} ms a scan; {:.1f} MB a map\n",
-             1e3 * sum.dynamics_seconds / static_cast<double>(sum.scans),
-             1e3 * sum.watch_seconds / static_cast<double>(sum.scans),
-             1e-6 * static_cast<double>(sum.bytes) / c.seeds);
+  fmt::print(
+      "CPU time: dynamics {:.2f} ms a scan, finding and watching doors {:.3f} ms a scan; {:.1f} MB "
+      "a map\n",
+      1e3 * sum.dynamics_seconds / static_cast<double>(sum.scans),
+      1e3 * sum.watch_seconds / static_cast<double>(sum.scans),
+      1e-6 * static_cast<double>(sum.bytes) / c.seeds);
 }
 
 void print_run(const Case& c, const std::string& path) {
@@ -246,7 +250,7 @@ void print_run(const Case& c, const std::string& path) {
   fmt::print("m^2: free {:.1f}, occupied {:.2f}, passed {:.2f}, switching {:.2f}\n",
              cell * count[map::CellKind::free], cell * count[map::CellKind::occupied],
              cell * count[map::CellKind::passed], cell * count[map::CellKind::switching]);
-  for (const auto& h : map::door_histories(site, map::find_doors(dynamics, c.doors), c.doors)) {
+  for (const auto& h : map::doors_that_moved(site, dynamics, c.doors)) {
     fmt::print("door ({:.2f} {:.2f})-({:.2f} {:.2f}):", h.where.a.x(), h.where.a.y(), h.where.b.x(),
                h.where.b.y());
     for (const auto& s : h.stays)

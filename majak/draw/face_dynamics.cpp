@@ -76,7 +76,7 @@ FacePage dynamics_face(const Site& site, const FaceOptions& o) {
   map::DynamicsOptions options = o.dynamics;
   options.grid = o.grid;
   const map::DynamicsMap dynamics = map::build_dynamics(site, options, o.threads);
-  const auto doors = map::door_histories(site, map::find_doors(dynamics, o.doors), o.doors);
+  const auto doors = map::doors_that_moved(site, dynamics, o.doors);
   const double time = o.map_at.time;
   const auto area = areas(dynamics);
   FacePage page;

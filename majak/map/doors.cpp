@@ -13,7 +13,7 @@ constexpr int kGroupReach = 3;           // cells
 constexpr std::size_t kMostCells = 400;  // of a group that is looked at
 constexpr std::size_t kMostTried = 60;   // cells that lines are laid through
 constexpr double kAround = 0.25;         // m; there is floor so far off a leaf
-constexpr double kShrunk = 0.05;          // m; the leaf's ends tell nothing, jambs are there
+constexpr double kShrunk = 0.05;         // m; the leaf's ends tell nothing, jambs are there
 constexpr double kLongestGap = 0.25;     // m, along a leaf
 
 struct Cell {
@@ -118,7 +118,11 @@ class DoorFinder {
   /// The stretch with the most cells first; those on it are taken out of the group.
   void find_in(std::vector<Vec2> points, std::vector<Doorway>& doors) const {
     while (const auto best = best_stretch(points)) {
-      doors.push_back(best->ends);
+      const Vec2 middle = (best->ends.a + best->ends.b) / 2;
+      if (std::none_of(doors.begin(), doors.end(), [&](const Doorway& d) {
+            return ((d.a + d.b) / 2 - middle).norm() < options_.least_width / 2;
+          }))
+        doors.push_back(best->ends);
       const std::size_t before = points.size();
       std::erase_if(points, [&](const Vec2& p) { return on(best->ends, p); });
       if (points.size() == before) return;
@@ -317,6 +321,14 @@ std::vector<DoorHistory> door_histories(const Site& site, const std::vector<Door
         stays.push_back({scan.scan.time, now, watch.open_chance(i)});
     }
   }
+  return histories;
+}
+
+std::vector<DoorHistory> doors_that_moved(const Site& site, const DynamicsMap& dynamics,
+                                          const DoorOptions& options) {
+  auto histories = door_histories(site, find_doors(dynamics, options), options);
+  // Unknown, one state, the other.
+  std::erase_if(histories, [](const DoorHistory& h) { return h.stays.size() < 3; });
   return histories;
 }
 

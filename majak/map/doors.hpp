@@ -86,4 +86,9 @@ struct DoorHistory {
 std::vector<DoorHistory> door_histories(const Site& site, const std::vector<Doorway>& doors,
                                         const DoorOptions& options = {});
 
+/// Those of find_doors() that the scans state to be open and to be closed, one after the other:
+/// what is left out is a wall that errors of poses moved.
+std::vector<DoorHistory> doors_that_moved(const Site& site, const DynamicsMap& dynamics,
+                                          const DoorOptions& options = {});
+
 }  // namespace majak::map

@@ -111,6 +111,17 @@ TEST(Doors, AHistoryTellsWhen) {
   EXPECT_NEAR(to_seconds(stays[3].begin), 80, 0.7);
 }
 
+TEST(Doors, AWallThatPosesMovedIsNone) {
+  Site site = drive(120, shut);
+  const DynamicsMap dynamics = build_dynamics(site);
+  const auto moved = doors_that_moved(site, dynamics);
+  ASSERT_EQ(moved.size(), 1U);
+  EXPECT_EQ(moved[0].stays.size(), 4U);
+  // The same cells, but in all scans the doorway is shut.
+  const auto always = [](double) { return std::vector{kLeaf}; };
+  EXPECT_TRUE(doors_that_moved(drive(120, always), dynamics).empty());
+}
+
 // Out of sight a belief fades.
 TEST(Doors, WhatWasSeenLongAgoIsUnknown) {
   Site site = drive(10, shut);
