@@ -61,6 +61,9 @@ FacePage objects_face(const Site& site, const FaceOptions& o) {
         "{} of the {} objects were seen on two visits or more, and so have moved. Pieces that are "
         "no object are grey. People who stood, and doors, can be among them.",
         again, found.objects.size());
+  if (found.left_out > 0)
+    page.lead +=
+        fmt::format(" {} smaller pieces are left out (objects.most_pieces).", found.left_out);
   std::vector<Mark> marks{Picture{
       io::trinary_map(found.still), {found.still.x0, found.still.y0}, found.still.resolution}};
   std::vector<int> object(found.pieces.size(), -1);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 
@@ -286,6 +287,18 @@ std::vector<ObjectSighting> sightings_of(const Belief& b) {
   return sightings;
 }
 
+/// In the order they were; returns how many are gone.
+std::size_t keep_largest(std::vector<Piece>& pieces, std::size_t most) {
+  if (pieces.size() <= most) return 0;
+  std::vector<std::size_t> sizes;
+  for (const Piece& p : pieces) sizes.push_back(p.points.size());
+  std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(most), sizes.end(),
+                   std::greater<>());
+  const std::size_t before = pieces.size(), too_small = sizes[most];
+  std::erase_if(pieces, [&](const Piece& p) { return p.points.size() <= too_small; });
+  return before - pieces.size();
+}
+
 void most_seen_first(ObjectMap& map) {
   std::vector<std::size_t> count(map.objects.size()), order(count.size()), place(count.size());
   for (const ObjectSighting& s : map.sightings) ++count[s.object];
@@ -310,17 +323,19 @@ void describe(OptionFields& fields, ObjectOptions& o) {
   fields.add("objects.none", o.none, {"1", "chance of a cell of no object", 1e-6, 1});
   fields.add("objects.join", o.join, {"m", "parts of one object may be so far apart", 0, 10});
   fields.add("objects.most_objects", o.most_objects, {"1", "objects at most", 1, 16});
+  fields.add("objects.most_pieces", o.most_pieces, {"1", "pieces at most", 1, 10000});
   fields.add("objects.iterations", o.iterations, {"1", "of EM, at most", 1, 1000});
 }
 
 ObjectMap find_objects(std::span<const KnownMap> snapshots, const ObjectOptions& options,
                        Threads threads) {
   check(options);
-  ObjectMap map{still_map(snapshots), {}, {}, {}, 0};
+  ObjectMap map{still_map(snapshots), {}, {}, {}, 0, 0};
   for (std::size_t t = 0; t < snapshots.size(); ++t)
     for (Piece& piece : pieces_of(map.still, snapshots[t], t, options.pieces))
       map.pieces.push_back(std::move(piece));
   if (map.pieces.empty()) return map;
+  map.left_out = keep_largest(map.pieces, static_cast<std::size_t>(options.most_pieces));
   Belief best = Search(snapshots, options, threads).run(std::move(map.pieces));
   map.sightings = sightings_of(best);
   map.pieces = std::move(best.pieces);

@@ -22,6 +22,7 @@ struct ObjectOptions {
   double none = 0.1;  ///< chance of a cell of what is none of the objects
   double join = 1.0;  ///< m, parts of an object may be so far apart, what is between being hidden
   int most_objects = 12;  ///< 1 ... 16
+  int most_pieces = 50;   ///< the largest ones; the time grows with their square
   int iterations = 12;    ///< of EM, at most, for each number of objects
 };
 void describe(OptionFields& fields, ObjectOptions& options);
@@ -39,6 +40,7 @@ struct ObjectMap {
   std::vector<Piece> pieces;  ///< of all snapshots, in their order; parts of one object joined
   std::vector<ObjectShape> objects;       ///< those with more sightings first
   std::vector<ObjectSighting> sightings;  ///< at most one a piece, in the order of the pieces
+  std::size_t left_out = 0;               ///< pieces beyond most_pieces
   double score = 0;                       ///< log-likelihood less the objects' cost, nats
 };
 

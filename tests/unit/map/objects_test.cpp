@@ -199,6 +199,14 @@ TEST(Objects, SameBytesForAnyNumberOfThreads) {
   }
 }
 
+TEST(Objects, TheLargestPiecesAreKept) {
+  ObjectOptions options;
+  options.most_pieces = 4;
+  const ObjectMap few = find_objects(four_visits(), options);
+  EXPECT_LE(few.pieces.size(), 4U);
+  EXPECT_EQ(few.pieces.size() + few.left_out, 8U);
+}
+
 TEST(Objects, NothingMovedIsSaidPlainly) {
   EXPECT_TRUE(find_objects({}).objects.empty());
   const std::vector<KnownMap> rooms(4, Room().put(kBox, {2, 1.5, 0}).map());
