@@ -92,10 +92,11 @@ std::vector<std::string> room_names(const Topology& t, std::span<const RoomLabel
 }
 
 std::string evidence_of(const Room& room) {
-  const std::string width = rounded(2 * room.clearance, 1);
+  const std::string width = rounded(room.width, 1);
   switch (room.kind) {
     case RoomKind::corridor:
-      return width + " m wide and " + rounded(room.slenderness, 0) + " such squares long";
+      return width + " m wide and " + rounded(room.area / (room.width * room.width), 0) +
+             " times as long";
     case RoomKind::hall:
       return rounded(room.area, 0) + " m2, " + width + " m wide";
     case RoomKind::room:

@@ -20,8 +20,8 @@ constexpr std::array<std::pair<int, int>, 4> kSides{{{1, 0}, {-1, 0}, {0, 1}, {0
 constexpr std::array<std::pair<int, int>, 8> kAround{
     {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
 constexpr double kSmallThing = 0.5;     // m: legs, chairs, people; whatever their shape
-constexpr double kCorridor = 4.0;       // slenderness from which on a room is one
-constexpr double kCorridorWidth = 3.6;  // m, at most
+constexpr double kCorridor = 6.0;       // times as long as wide, at least
+constexpr double kCorridorWidth = 3.5;  // m, at most
 constexpr double kHallArea = 45;        // m^2
 constexpr double kAhead = 0.35;         // m, before a door one is in the room
 constexpr double kLeafOut = 0.2;        // m from a door's line on, things are not of its wall
@@ -92,6 +92,7 @@ class Builder {
     join_doors();
     drop_frayed();
     clear_furniture();
+    distances_ = squared_distances(walls_, threads_);
     describe_rooms();
     place_furniture();
     return std::move(t_);
@@ -464,17 +465,20 @@ class Builder {
     room.area = area_of(room.cells.size());
     std::uint32_t widest = room.cells.front();
     Vec2 sum = Vec2::Zero();
+    double to_wall = 0;                                           // cells, in the mean
+    const double half_map = 0.5 * std::min(t_.width, t_.height);  // beyond it nothing is known
     for (const std::uint32_t c : room.cells) {
       sum += t_.centre(c);
+      to_wall += std::min(std::sqrt(distances_[c]), half_map) - 0.5;
       if (distances_[c] > distances_[widest]) widest = c;
     }
-    room.centroid = sum / static_cast<double>(room.cells.size());
+    const auto n = static_cast<double>(room.cells.size());
+    room.centroid = sum / n;
     room.widest_spot = t_.centre(widest);
-    const double cells =
-        std::min(std::sqrt(distances_[widest]), 0.5 * std::min(t_.width, t_.height));
-    room.clearance = (cells - 0.5) * t_.resolution;  // beyond the map nothing is known
-    room.slenderness = room.area / std::pow(2 * room.clearance, 2);
-    room.kind = room.slenderness >= kCorridor && 2 * room.clearance <= kCorridorWidth
+    room.clearance = (std::min(std::sqrt(distances_[widest]), half_map) - 0.5) * t_.resolution;
+    room.width = 4 * to_wall / n * t_.resolution;
+    const double length = room.area / std::max(room.width, t_.resolution);
+    room.kind = length >= kCorridor * room.width && room.width <= kCorridorWidth
                     ? RoomKind::corridor
                 : room.area >= kHallArea ? RoomKind::hall
                                          : RoomKind::room;

@@ -46,13 +46,13 @@ const char* name_of(RoomKind kind);
 
 struct Room {
   RoomKind kind = RoomKind::room;
-  double area = 0;                  ///< m^2 of floor, what stands on it included
-  Vec2 centroid = Vec2::Zero();     ///< m, map frame; may lie outside of it (an L)
-  Vec2 widest_spot = Vec2::Zero();  ///< m, map frame: the centre of the largest empty circle
-  double clearance = 0;             ///< m, its radius
-  double slenderness = 0;           ///< area / (2 clearance)^2: 1 for a square, many for a corridor
-  int doors = 0;                    ///< doors and openings
-  std::vector<Vec2> outline;        ///< map frame, counter-clockwise, along cells' sides
+  double area = 0;                   ///< m^2 of floor, what stands on it included
+  Vec2 centroid = Vec2::Zero();      ///< m, map frame; may lie outside of it (an L)
+  Vec2 widest_spot = Vec2::Zero();   ///< m, map frame: the middle of the largest circle
+  double clearance = 0;              ///< m, its radius
+  double width = 0;                  ///< m: four times the mean distance to walls (MATH 19.4)
+  int doors = 0;                     ///< doors and openings
+  std::vector<Vec2> outline;         ///< map frame, counter-clockwise, along cells' sides
   std::vector<std::uint32_t> cells;  ///< numbers of its cells, ascending
 };
 
