@@ -20,7 +20,8 @@ constexpr std::array<std::pair<int, int>, 4> kSides{{{1, 0}, {-1, 0}, {0, 1}, {0
 constexpr std::array<std::pair<int, int>, 8> kAround{
     {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
 constexpr double kSmallThing = 0.5;     // m: legs, chairs, people; whatever their shape
-constexpr double kCorridor = 6.0;       // times as long as wide, at least
+constexpr double kCorridor = 6.0;       // times as long as wide in the mean, at least,
+constexpr double kCorridorWide = 4.0;   // and as where it is widest
 constexpr double kCorridorWidth = 3.5;  // m, at most
 constexpr double kHallArea = 45;        // m^2
 constexpr double kAhead = 0.35;         // m, before a door one is in the room
@@ -477,12 +478,17 @@ class Builder {
     room.widest_spot = t_.centre(widest);
     room.clearance = (std::min(std::sqrt(distances_[widest]), half_map) - 0.5) * t_.resolution;
     room.width = 4 * to_wall / n * t_.resolution;
-    const double length = room.area / std::max(room.width, t_.resolution);
-    room.kind = length >= kCorridor * room.width && room.width <= kCorridorWidth
-                    ? RoomKind::corridor
+    room.kind = is_corridor(room)        ? RoomKind::corridor
                 : room.area >= kHallArea ? RoomKind::hall
                                          : RoomKind::room;
     room.outline = region_outline(t_, number);
+  }
+
+  /// Long by both widths: what stands along its walls makes a room narrow by one of them alone.
+  static bool is_corridor(const Room& room) {
+    return room.doors >= 2 && room.width <= kCorridorWidth &&
+           room.area >= kCorridor * room.width * room.width &&
+           room.area >= kCorridorWide * std::pow(2 * room.clearance, 2);
   }
 
   void place_furniture() {
