@@ -2,7 +2,8 @@
 // Segments of the simulated building, whose walls are known.
 //   run_building_segments [--seeds N] [--noise M] [--pose-sigma M] [--list] [NAME=VALUE ...]
 // Each seed is a drive through the turned building with ranges' noise, and, where asked for, poses
-// drawn with the covariance that they state. A wall is seen whole when 98 % of its 5 cm were hit.
+// drawn with the covariance that they state. A wall is seen whole when 98 % of its steps of 5 cm were
+// hit; a step, and an end, is seen where three returns came from it.
 #include <fmt/core.h>
 
 #include <Eigen/Dense>
@@ -73,7 +74,8 @@ Drive drive(const sim::World& world, const sim::Path& path, const Setting& setti
       const double angle = pose.theta + posed.scan.angle(k);
       const Vec2 end = p + at.range * Vec2(std::cos(angle), std::sin(angle));
       auto& hit = drive.hit[object];
-      hit.resize(static_cast<std::size_t>((scene[object].b - scene[object].a).norm() / kStep) + 1);
+      hit.resize(static_cast<std::size_t>(
+          std::ceil((scene[object].b - scene[object].a).norm() / kStep)));
       ++hit[std::min(hit.size() - 1,
                      static_cast<std::size_t>((end - scene[object].a).norm() / kStep))];
     }
@@ -148,8 +150,10 @@ void compare(Sums& sums, const sim::World& world, const Drive& drive,
     const bool same_way = s.direction().dot(t) > 0;
     const Vec2 a = s.a - (same_way ? scene[k].a : scene[k].b),
                b = s.b - (same_way ? scene[k].b : scene[k].a);
-    const bool a_shows = shows(world, same_way ? scene[k].a : scene[k].b),
-               b_shows = shows(world, same_way ? scene[k].b : scene[k].a);
+    const bool a_shows = (same_way ? hit.front() : hit.back()) >= kSeen &&
+                         shows(world, same_way ? scene[k].a : scene[k].b);
+    const bool b_shows = (same_way ? hit.back() : hit.front()) >= kSeen &&
+                         shows(world, same_way ? scene[k].b : scene[k].a);
     if (a_shows) add_end(sums, a, covariance_of_a(s));
     if (b_shows) add_end(sums, b, covariance_of_b(s));
     if (list)

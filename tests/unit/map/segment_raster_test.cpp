@@ -35,7 +35,7 @@ TEST(SegmentRaster, ARoomIsFreeInsideAndUnknownOutside) {
 
 TEST(SegmentRaster, BehindAWallNothingIsKnown) {
   auto walls = room();
-  walls.push_back(wall({2, 2}, {2, 1}));  // seen from x > 2 only: its left
+  walls.push_back(wall({2.02, 2}, {2.02, 1}));  // seen from x > 2 only: its left
   const KnownMap map = known_map(walls);
   EXPECT_EQ(map.at(Vec2(2.2, 1.5)), CellState::free);
   EXPECT_EQ(map.at(Vec2(2.02, 1.5)), CellState::occupied);
