@@ -57,9 +57,9 @@ double cpu() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-map::Doorway true_doorway(const sim::Door& door) { return {door.closed.a, door.closed.b}; }
+map::DoorSpan true_doorway(const sim::Door& door) { return {door.closed.a, door.closed.b}; }
 
-bool same(const map::Doorway& a, const map::Doorway& b) {
+bool same(const map::DoorSpan& a, const map::DoorSpan& b) {
   const auto both = [](const Vec2& p, const Vec2& q, const Vec2& u, const Vec2& v) {
     return (p - u).norm() < kSame && (q - v).norm() < kSame;
   };
@@ -67,7 +67,7 @@ bool same(const map::Doorway& a, const map::Doorway& b) {
 }
 
 /// Times at which a door begins to move, as the watch may see them, and looks at it.
-void score(const sim::Door& truth, const Site& site, Time begin, const map::Doorway& doorway,
+void score(const sim::Door& truth, const Site& site, Time begin, const map::DoorSpan& doorway,
            const Case& c, Outcome& o) {
   map::DoorWatch watch({doorway}, c.doors);
   Time last_seen = INT64_MIN / 2, moved_until = INT64_MIN / 2;
@@ -147,7 +147,7 @@ Outcome run(const Case& c, int seed) {
   const map::DynamicsMap dynamics = map::build_dynamics(site, c.dynamics);
   o.dynamics_seconds = cpu() - begun;
   o.bytes = dynamics.bytes();
-  std::vector<map::Doorway> found;
+  std::vector<map::DoorSpan> found;
   begun = cpu();
   for (const auto& h : map::doors_that_moved(site, dynamics, c.doors)) found.push_back(h.where);
   o.watch_seconds = cpu() - begun;
@@ -168,7 +168,7 @@ Outcome run(const Case& c, int seed) {
     }
     const bool moved =
         seen[map::DoorState::open] >= kOften && seen[map::DoorState::closed] >= kOften;
-    const auto at = std::find_if(found.begin(), found.end(), [&](const map::Doorway& d) {
+    const auto at = std::find_if(found.begin(), found.end(), [&](const map::DoorSpan& d) {
       return same(d, true_doorway(door));
     });
     o.moved += moved;
@@ -181,7 +181,7 @@ Outcome run(const Case& c, int seed) {
                  moved ? "moved " : "", at != found.end() ? "found" : "missed",
                  seen[map::DoorState::open], seen[map::DoorState::closed]);
   }
-  for (const map::Doorway& d : found) {
+  for (const map::DoorSpan& d : found) {
     const bool real = std::any_of(simulator.doors().begin(), simulator.doors().end(),
                                   [&](const sim::Door& t) { return same(d, true_doorway(t)); });
     o.false_doors += !real;

@@ -63,7 +63,7 @@ void add_doors(std::vector<Mark>& marks, const std::vector<map::DoorHistory>& do
                double time) {
   for (std::size_t i = 0; i < doors.size(); ++i) {
     const Colour colour = colour_of(state_at(doors[i], begin, time));
-    const map::Doorway& d = doors[i].where;
+    const map::DoorSpan& d = doors[i].where;
     marks.emplace_back(Polyline{{point(d.a), point(d.b)}, {colour, 3}});
     marks.emplace_back(
         Label{.at = point((d.a + d.b) / 2), .text = std::to_string(i + 1), .dx = 4, .dy = 4});

@@ -106,7 +106,7 @@ std::vector<std::vector<Cell>> groups(const std::vector<Cell>& cells) {
 
 /// A run of cells along a line.
 struct Stretch {
-  Doorway ends;
+  DoorSpan ends;
   std::size_t cells = 0;
 };
 
@@ -116,10 +116,10 @@ class DoorFinder {
       : cells_(cells), options_(options), cell_(cells.size()) {}
 
   /// The stretch with the most cells first; those on it are taken out of the group.
-  void find_in(std::vector<Vec2> points, std::vector<Doorway>& doors) const {
+  void find_in(std::vector<Vec2> points, std::vector<DoorSpan>& doors) const {
     while (const auto best = best_stretch(points)) {
       const Vec2 middle = (best->ends.a + best->ends.b) / 2;
-      if (std::none_of(doors.begin(), doors.end(), [&](const Doorway& d) {
+      if (std::none_of(doors.begin(), doors.end(), [&](const DoorSpan& d) {
             return ((d.a + d.b) / 2 - middle).norm() < options_.least_width / 2;
           }))
         doors.push_back(best->ends);
@@ -142,7 +142,7 @@ class DoorFinder {
     return best;
   }
 
-  bool on(const Doorway& door, const Vec2& p) const {
+  bool on(const DoorSpan& door, const Vec2& p) const {
     const Vec2 along = (door.b - door.a).normalized();
     const double t = (p - door.a).dot(along);
     return std::abs(cross(along, p - door.a)) <= options_.tolerance && t >= -2 * cell_ &&
@@ -203,7 +203,7 @@ struct Told {
 };
 
 /// What the beams of a scan say about a doorway.
-Told look_at(const Doorway& door, const Scan& scan, const Pose2& T_map_laser,
+Told look_at(const DoorSpan& door, const Scan& scan, const Pose2& T_map_laser,
              const DoorOptions& options) {
   Told told;
   const Vec2 origin = T_map_laser.translation(), leaf = door.b - door.a;
@@ -254,8 +254,8 @@ void describe(OptionFields& fields, DoorOptions& o) {
              {"1", "sine; beams that meet the leaf flatter tell nothing", 0, 1});
 }
 
-std::vector<Doorway> find_doors(const DynamicsMap& dynamics, const DoorOptions& options) {
-  std::vector<Doorway> doors;
+std::vector<DoorSpan> find_doors(const DynamicsMap& dynamics, const DoorOptions& options) {
+  std::vector<DoorSpan> doors;
   const Cells cells(dynamics, options.stay);
   const DoorFinder finder(cells, options);
   const double cell = dynamics.resolution();
@@ -270,8 +270,8 @@ std::vector<Doorway> find_doors(const DynamicsMap& dynamics, const DoorOptions& 
   return doors;
 }
 
-DoorWatch::DoorWatch(std::vector<Doorway> doors, const DoorOptions& options) : options_(options) {
-  for (const Doorway& door : doors) doors_.push_back({door, 0, false});
+DoorWatch::DoorWatch(std::vector<DoorSpan> doors, const DoorOptions& options) : options_(options) {
+  for (const DoorSpan& door : doors) doors_.push_back({door, 0, false});
 }
 
 void DoorWatch::add(const PosedScan& posed) {
@@ -306,10 +306,10 @@ DoorState DoorWatch::state(std::size_t i) const {
                                   : DoorState::unknown;
 }
 
-std::vector<DoorHistory> door_histories(const Site& site, const std::vector<Doorway>& doors,
+std::vector<DoorHistory> door_histories(const Site& site, const std::vector<DoorSpan>& doors,
                                         const DoorOptions& options) {
   std::vector<DoorHistory> histories;
-  for (const Doorway& door : doors) histories.push_back({door, {}});
+  for (const DoorSpan& door : doors) histories.push_back({door, {}});
   DoorWatch watch(doors, options);
   for (const PosedScan& scan : site.scans) {
     watch.add(scan);

@@ -33,26 +33,26 @@ struct DoorOptions {
 void describe(OptionFields& fields, DoorOptions& options);
 
 /// A doorway: where the leaf is when shut.
-struct Doorway {
+struct DoorSpan {
   Vec2 a, b;  ///< m, map frame
-  bool operator==(const Doorway&) const = default;
+  bool operator==(const DoorSpan&) const = default;
 };
 
 /// Those whose leaf moved between readings; a door that never did is not told from a wall or a gap.
-std::vector<Doorway> find_doors(const DynamicsMap& dynamics, const DoorOptions& options = {});
+std::vector<DoorSpan> find_doors(const DynamicsMap& dynamics, const DoorOptions& options = {});
 
 enum class DoorState : std::uint8_t { unknown, open, closed };
 
 /// Watches doors scan by scan.
 class DoorWatch {
  public:
-  explicit DoorWatch(std::vector<Doorway> doors, const DoorOptions& options = {});
+  explicit DoorWatch(std::vector<DoorSpan> doors, const DoorOptions& options = {});
 
   /// Scans in the order of time, at poses T_map_robot; those that are lost tell nothing.
   void add(const PosedScan& scan);
 
   std::size_t size() const { return doors_.size(); }
-  const Doorway& door(std::size_t i) const { return doors_[i].where; }
+  const DoorSpan& door(std::size_t i) const { return doors_[i].where; }
   /// As of the last scan: open from `sure` on, closed below 1 - `sure`. Fades towards unknown while
   /// the door is out of sight.
   DoorState state(std::size_t i) const;
@@ -62,7 +62,7 @@ class DoorWatch {
 
  private:
   struct Watched {
-    Doorway where;
+    DoorSpan where;
     double log_odds = 0;  ///< of being open, at the last scan
     bool in_sight = false;
   };
@@ -79,11 +79,11 @@ struct DoorStay {
   double open_chance = 0.5;  ///< when it began
 };
 struct DoorHistory {
-  Doorway where;
+  DoorSpan where;
   std::vector<DoorStay> stays;  ///< ascending; unknown ones are those before the door was seen
 };
 /// What a DoorWatch states over all scans of a site. A state holds until another is stated.
-std::vector<DoorHistory> door_histories(const Site& site, const std::vector<Doorway>& doors,
+std::vector<DoorHistory> door_histories(const Site& site, const std::vector<DoorSpan>& doors,
                                         const DoorOptions& options = {});
 
 /// Those of find_doors() that the scans state to be open and to be closed, one after the other:
