@@ -73,7 +73,7 @@ std::vector<Echo> all_echoes(const Site& site, const IntensityOptions& o) {
     }
   }
   if (!any)
-    throw Error("no scan of " + site.source_name +
+    throw Error("no usable scan of " + site.source_name +
                 " has intensities; the log has to carry remissions beside ranges");
   std::stable_sort(echoes.begin(), echoes.end(),
                    [](const Echo& a, const Echo& b) { return a.cell < b.cell; });

@@ -27,7 +27,9 @@ PosedScan in_a_room(int i, const Pose2& pose) {
     const double angle = posed.scan.angle(std::size_t(beam)) + pose.theta;
     const double x = std::cos(angle), y = std::sin(angle);
     const double to_x = ((x > 0 ? 3 : -3) - pose.x) / x, to_y = ((y > 0 ? 2 : -2) - pose.y) / y;
-    posed.scan.ranges.push_back(float(std::min(std::abs(to_x), std::abs(to_y))));
+    const double range = std::min(std::abs(to_x), std::abs(to_y));
+    posed.scan.ranges.push_back(float(range));
+    posed.scan.intensities.push_back(float(500 / (range * range)));
   }
   posed.estimate.T_map_robot = pose;
   posed.estimate.covariance = 1e-4 * Mat3::Identity();

@@ -243,7 +243,8 @@ TEST(Intensity, SaysWhatALogLacks) {
     learn_echo_response(site);
     FAIL();
   } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("hall.log has intensities"), std::string::npos);
+    EXPECT_NE(std::string(e.what()).find("no usable scan of hall.log has intensities"),
+              std::string::npos);
   }
   EXPECT_THROW(learn_echo_response(Site{}), Error);
   EXPECT_TRUE(surface_echoes(site.scans[0].scan).empty());
