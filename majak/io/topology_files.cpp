@@ -158,10 +158,11 @@ std::vector<map::RoomLabel> read_labels(const std::filesystem::path& path) {
     return labels;
   }
   try {
-    for (const Json& entry : Json::parse(file).at("labels")) {
+    const Json json = Json::parse(file);
+    for (const Json& entry : json.at("labels")) {
       map::RoomLabel label{entry.at("text").get<std::string>(), read_point(entry.at("at")), {}};
-      for (const Json& p : entry.value("outline", Json::array()))
-        label.outline.push_back(read_point(p));
+      const Json outline = entry.value("outline", Json::array());
+      for (const Json& p : outline) label.outline.push_back(read_point(p));
       labels.push_back(std::move(label));
     }
   } catch (const nlohmann::json::exception& e) {
