@@ -30,7 +30,8 @@ Scene yard();
 /// "building", "ring", "large_ring", "corridor", "yard", "park".
 std::vector<std::string> built_in_names();
 
-/// By name (park() is in park.hpp); "office-7" is the generated building of seed 7. Throws Error that lists the names.
+/// By name (park() is in park.hpp); "office-7" is the generated building of seed 7. Throws Error
+/// that lists the names.
 Scene built_in(const std::string& name);
 
 }  // namespace majak::sim
