@@ -2,8 +2,8 @@
 // Segments of the simulated building, whose walls are known.
 //   run_building_segments [--seeds N] [--noise M] [--pose-sigma M] [--list] [NAME=VALUE ...]
 // Each seed is a drive through the turned building with ranges' noise, and, where asked for, poses
-// drawn with the covariance that they state. A wall is seen whole when 98 % of its steps of 5 cm were
-// hit; a step, and an end, is seen where three returns came from it.
+// drawn with the covariance that they state. A wall is seen whole when 98 % of its steps of 5 cm
+// were hit; a step, and an end, is seen where three returns came from it.
 #include <fmt/core.h>
 
 #include <Eigen/Dense>
@@ -74,8 +74,8 @@ Drive drive(const sim::World& world, const sim::Path& path, const Setting& setti
       const double angle = pose.theta + posed.scan.angle(k);
       const Vec2 end = p + at.range * Vec2(std::cos(angle), std::sin(angle));
       auto& hit = drive.hit[object];
-      hit.resize(static_cast<std::size_t>(
-          std::ceil((scene[object].b - scene[object].a).norm() / kStep)));
+      hit.resize(
+          static_cast<std::size_t>(std::ceil((scene[object].b - scene[object].a).norm() / kStep)));
       ++hit[std::min(hit.size() - 1,
                      static_cast<std::size_t>((end - scene[object].a).norm() / kStep))];
     }
@@ -139,8 +139,9 @@ void compare(Sums& sums, const sim::World& world, const Drive& drive,
                        return distance_to(s, p) < 0.02;
                      });
     }
-    const double share = static_cast<double>(std::count_if(hit.begin(), hit.end(), [](int n) { return n > 0; })) /
-                         std::max(1.0, static_cast<double>(hit.size()));
+    const double share =
+        static_cast<double>(std::count_if(hit.begin(), hit.end(), [](int n) { return n > 0; })) /
+        std::max(1.0, static_cast<double>(hit.size()));
     if ((scene[k].b - scene[k].a).norm() < 1 || share < 0.98) continue;
     const auto found = of_wall(walls, scene[k]);
     ++sums.whole;
@@ -160,11 +161,12 @@ void compare(Sums& sums, const sim::World& world, const Drive& drive,
       for (const auto& [e, c, shown] : {std::tuple(a, covariance_of_a(s), a_shows),
                                         std::tuple(b, covariance_of_b(s), b_shows)}) {
         if (!shown) continue;
-        fmt::print("{:7.4f} m along ({:.4f} stated), {:7.4f} across ({:.4f}); {:.2f} m, {} returns "
-                   "({:.2f} {:.2f})\n",
-                   s.direction().dot(e), std::sqrt(s.direction().dot(c * s.direction())),
-                   s.normal().dot(e), std::sqrt(s.normal().dot(c * s.normal())), s.length(),
-                   s.points, s.a.x(), s.a.y());
+        fmt::print(
+            "{:7.4f} m along ({:.4f} stated), {:7.4f} across ({:.4f}); {:.2f} m, {} returns "
+            "({:.2f} {:.2f})\n",
+            s.direction().dot(e), std::sqrt(s.direction().dot(c * s.direction())),
+            s.normal().dot(e), std::sqrt(s.normal().dot(c * s.normal())), s.length(), s.points,
+            s.a.x(), s.a.y());
       }
   }
   for (const map::Segment& s : walls)
@@ -208,11 +210,16 @@ int main(int argc, char** argv) {
     for (int i = 1; i < argc; ++i) {
       const std::string_view word = argv[i];
       const auto value = [&] { return i + 1 < argc ? std::stod(argv[++i]) : 0.0; };
-      if (word == "--seeds") setting.seeds = static_cast<int>(value());
-      else if (word == "--noise") setting.noise = value();
-      else if (word == "--pose-sigma") setting.pose_sigma = value();
-      else if (word == "--list") setting.list = true;
-      else io::apply_option(fields, argv[i]);
+      if (word == "--seeds")
+        setting.seeds = static_cast<int>(value());
+      else if (word == "--noise")
+        setting.noise = value();
+      else if (word == "--pose-sigma")
+        setting.pose_sigma = value();
+      else if (word == "--list")
+        setting.list = true;
+      else
+        io::apply_option(fields, argv[i]);
     }
     measure(setting);
     return 0;

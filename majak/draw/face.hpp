@@ -24,6 +24,7 @@
 #include "majak/map/occupancy_grid.hpp"
 #include "majak/map/planes.hpp"
 #include "majak/map/raised_walls.hpp"
+#include "majak/map/relations.hpp"
 #include "majak/map/room_labels.hpp"
 #include "majak/map/segment_map.hpp"
 #include "majak/map/solid_map.hpp"
@@ -63,6 +64,7 @@ struct FaceOptions {
   map::IntensityOptions intensity;
   RobotSize robot;
   map::InflationOptions inflation;
+  map::RelationOptions relations;
   map::TopologyOptions rooms;
   std::vector<map::RoomLabel> labels;  ///< names that people gave to rooms
   map::RaiseOptions raise;
@@ -100,6 +102,7 @@ FacePage intensity_face(const Site& site, const FaceOptions& options);
 FacePage dynamics_face(const Site& site, const FaceOptions& options);
 FacePage objects_face(const Site& site, const FaceOptions& options);
 FacePage segments_face(const Site& site, const FaceOptions& options);
+FacePage relations_face(const Site& site, const FaceOptions& options);
 FacePage rooms_face(const Site& site, const FaceOptions& options);
 FacePage raised_face(const Site& site, const FaceOptions& options);
 FacePage solid_face(const Site& site, const FaceOptions& options);

@@ -21,6 +21,8 @@ constexpr Face kFaces[] = {
      dynamics_face},
     {"objects", "things that stood elsewhere on another visit, each with its shape", objects_face},
     {"segments", "walls as straight pieces, each once", segments_face},
+    {"relations", "which walls are parallel, square, in line, meet, or leave an opening",
+     relations_face},
     {"rooms", "rooms, corridors and the doors between them", rooms_face},
     {"walls-3d", "the walls raised to a height, on the free floor", raised_face},
     {"solid", "planes and what is not flat, by a second laser out of the plane", solid_face},
@@ -64,6 +66,7 @@ std::string overview(std::span<const MadeFace> made) {
 void describe(OptionFields& fields, FaceOptions& o) {
   map::describe(fields, o.grid);
   map::describe(fields, o.segments);
+  map::describe(fields, o.relations);
   fields.add("robot.radius", o.robot.radius, {"m", "of the robot as a disc", 0, 100});
   map::describe(fields, o.inflation);
   map::describe(fields, o.forward);

@@ -47,6 +47,8 @@ const ThesisFigure kFigures[] = {
      figure_solid},
     {"21", "Dogma: nine grids of a room over time, what stays, and the objects that move", false,
      figure_dogma},
+    {"22", "one place as a grid of 144400 cells and as segments, and what each takes", false,
+     figure_segments},
     {"22b", "the demonstration in a park: route and trunks, true and as seen; errors over range",
      false, figure_park},
 };

@@ -44,6 +44,7 @@ Figure figure_inflation(const std::vector<Event>& events);        // 18
 Figure figure_forward(const std::vector<Event>& events);          // 19
 Figure figure_solid(const std::vector<Event>& events);            // 20
 Figure figure_dogma(const std::vector<Event>& events);            // 21
+Figure figure_segments(const std::vector<Event>& events);         // 22
 Figure figure_park(const std::vector<Event>& events);             // 22b
 
 }  // namespace majak::draw

@@ -51,10 +51,10 @@ class Neighbours {
 struct Pair {
   const Segment &base, &other;
   Vec2 t, n;
-  double low, high;      // the other's extent along the base's line, m from its begin
-  double turn;           // of the other's line against the base's, -pi/2 ... pi/2
-  double sigma_turn;     // rad
-  bool same_side;        // both face the same way
+  double low, high;   // the other's extent along the base's line, m from its begin
+  double turn;        // of the other's line against the base's, -pi/2 ... pi/2
+  double sigma_turn;  // rad
+  bool same_side;     // both face the same way
 
   Pair(const Segment& longer, const Segment& shorter)
       : base(longer), other(shorter), t(longer.direction()), n(longer.normal()) {
@@ -185,11 +185,16 @@ class Finder {
 
 const char* name_of(RelationKind kind) {
   switch (kind) {
-    case RelationKind::parallel: return "parallel";
-    case RelationKind::perpendicular: return "perpendicular";
-    case RelationKind::collinear: return "collinear";
-    case RelationKind::corner: return "corner";
-    case RelationKind::opening: return "opening";
+    case RelationKind::parallel:
+      return "parallel";
+    case RelationKind::perpendicular:
+      return "perpendicular";
+    case RelationKind::collinear:
+      return "collinear";
+    case RelationKind::corner:
+      return "corner";
+    case RelationKind::opening:
+      return "opening";
   }
   return "";
 }

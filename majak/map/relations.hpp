@@ -32,15 +32,15 @@ struct Relation {
 };
 
 struct RelationOptions {
-  double max_turn = 0.05;       ///< rad, off parallel or the right angle, besides 3 sigma
-  double max_offset = 0.05;     ///< m, between the lines of collinear ones, besides 3 sigma
-  double max_distance = 4;      ///< m, between parallel ones
-  double max_gap = 3;           ///< m, between collinear ones
-  double corner_gap = 0.1;      ///< m, between the ends that meet in a corner
-  double min_corner = 0.35;     ///< rad, between the lines that make one
-  double min_opening = 0.6;     ///< m, a robot or a person passes ...
-  double max_opening = 2.5;     ///< m, ... and it is no hall
-  double min_length = 0.3;      ///< m; shorter segments have corners only
+  double max_turn = 0.05;    ///< rad, off parallel or the right angle, besides 3 sigma
+  double max_offset = 0.05;  ///< m, between the lines of collinear ones, besides 3 sigma
+  double max_distance = 4;   ///< m, between parallel ones
+  double max_gap = 3;        ///< m, between collinear ones
+  double corner_gap = 0.1;   ///< m, between the ends that meet in a corner
+  double min_corner = 0.35;  ///< rad, between the lines that make one
+  double min_opening = 0.6;  ///< m, a robot or a person passes ...
+  double max_opening = 2.5;  ///< m, ... and it is no hall
+  double min_length = 0.3;   ///< m; shorter segments have corners only
 };
 
 inline void describe(OptionFields& fields, RelationOptions& o) {

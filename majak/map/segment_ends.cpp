@@ -36,8 +36,13 @@ class EndFinder {
     for (const Segment& s : segments) {
       const double inside = std::min(o_.reach, s.length() / 2);
       for (const bool at_b : {false, true}) {
-        End end{at_b ? s.b : s.a, at_b ? s.direction() : Vec2(-s.direction()), s.normal(), inside,
-                s, {}, none};
+        End end{at_b ? s.b : s.a,
+                at_b ? s.direction() : Vec2(-s.direction()),
+                s.normal(),
+                inside,
+                s,
+                {},
+                none};
         for (const Segment& other : segments)
           if (&other != &s && distance_to(other, end.place) < o_.reach) end.beside.push_back(other);
         ends_.push_back(std::move(end));
@@ -62,8 +67,10 @@ class EndFinder {
     std::size_t first = 0, last = 0;
     for (std::size_t i = 0; i < c.met.size(); ++i) {
       wrong += static_cast<std::int64_t>(c.passed[i]) - static_cast<std::int64_t>(c.met[i]);
-      if (wrong < least) least = wrong, first = last = i + 1;
-      else if (wrong == least && last == i) last = i + 1;
+      if (wrong < least)
+        least = wrong, first = last = i + 1;
+      else if (wrong == least && last == i)
+        last = i + 1;
     }
     if (first == 0 || last == c.met.size()) return false;
     way = (static_cast<double>(first + last) / 2) * kBin - o_.reach;
@@ -130,9 +137,8 @@ class EndFinder {
     const bool met = behind <= o_.band;
     if (!met && behind <= 2 * o_.band) return;
     const double away = distance_to(end.own, p);
-    if (met && std::any_of(end.beside.begin(), end.beside.end(), [&](const Segment& other) {
-          return distance_to(other, p) < away;
-        }))
+    if (met && std::any_of(end.beside.begin(), end.beside.end(),
+                           [&](const Segment& other) { return distance_to(other, p) < away; }))
       return;
     ++(met ? c.met : c.passed)[static_cast<std::size_t>(bin)];
   }

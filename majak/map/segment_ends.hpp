@@ -11,12 +11,12 @@
 namespace majak::map {
 
 struct SegmentEndOptions {
-  double band = 0.04;        ///< m; a return so near to the line is on it, twice as far not
-  double reach = 0.15;       ///< m; ends are sought so far from where they are now
-  double grazing = 0.17;     ///< rad; beams that meet the line at less tell nothing
-  double max_range = 30;     ///< m
-  double key_spacing = 0.15; ///< m, a scan nearer than this to the last one taken and
-  double key_turn = 0.15;    ///< rad, turned less is left out
+  double band = 0.04;         ///< m; a return so near to the line is on it, twice as far not
+  double reach = 0.15;        ///< m; ends are sought so far from where they are now
+  double grazing = 0.17;      ///< rad; beams that meet the line at less tell nothing
+  double max_range = 30;      ///< m
+  double key_spacing = 0.15;  ///< m, a scan nearer than this to the last one taken and
+  double key_turn = 0.15;     ///< rad, turned less is left out
 };
 
 /// Moves the ends of segments to where beams that pass follow on beams that meet them, and states

@@ -78,14 +78,14 @@ struct SegmentPair {
 
 /// What the steps did with one scan: for logs, and to see which of them goes wrong.
 struct SegmentSteps {
-  Time time = 0;         ///< the scan's
-  int seen = 0;          ///< 3: segments of the scan
-  int pairs = 0;         ///< 4: that may correspond
-  int kept = 0;          ///< 5: that meet the criterion; step 7 fuses each
-  int removed = 0;       ///< 6: segments of the map that were seen through
-  int inserted = 0;      ///< 7: as new
-  int merged = 0;        ///< 7: segments of the map that became part of another
-  int in_map = 0;        ///< afterwards
+  Time time = 0;     ///< the scan's
+  int seen = 0;      ///< 3: segments of the scan
+  int pairs = 0;     ///< 4: that may correspond
+  int kept = 0;      ///< 5: that meet the criterion; step 7 fuses each
+  int removed = 0;   ///< 6: segments of the map that were seen through
+  int inserted = 0;  ///< 7: as new
+  int merged = 0;    ///< 7: segments of the map that became part of another
+  int in_map = 0;    ///< afterwards
 };
 
 class SegmentMap {

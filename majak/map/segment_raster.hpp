@@ -16,9 +16,10 @@ struct SegmentRasterOptions {
   double before = 0.3;       ///< m of free space before a segment that faces no other
 };
 
-/// In the segments' frame, one margin cell of unknown around; empty without segments. Free is what a
-/// ray from a segment's front crosses until it meets another segment's front, for rays straight out
-/// of it and at 45 degrees to both sides. Throws Error where it would be larger than 2^28 cells.
+/// In the segments' frame, one margin cell of unknown around; empty without segments. Free is what
+/// a ray from a segment's front crosses until it meets another segment's front, for rays straight
+/// out of it and at 45 degrees to both sides. Throws Error where it would be larger than 2^28
+/// cells.
 KnownMap known_map(std::span<const Segment> segments, const SegmentRasterOptions& options = {});
 
 }  // namespace majak::map

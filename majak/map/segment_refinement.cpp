@@ -15,10 +15,11 @@ namespace majak::map {
 namespace {
 
 constexpr std::size_t kNobody = static_cast<std::size_t>(-1);
-constexpr double kBin = 0.02;      // m, of profiles along a wall
-constexpr double kSlack = 0.05;    // m, a wall owns returns so far beyond its ends
-constexpr double kSquares = 3e-4;   // m, of a line: what squares and bands may move it
-constexpr double kCrossing = 0.5;  // sine of the angle from which on walls are no neighbours
+constexpr double kBin = 0.02;        // m, of profiles along a wall
+constexpr double kSlack = 0.05;      // m, a wall owns returns so far beyond its ends
+constexpr double kSquares = 3e-4;    // m, of a line: what squares and bands may move it
+constexpr double kCrossing = 0.5;    // sine of the angle from which on walls are no neighbours
+constexpr double kShared = 15e-4;    // m, of a corner: whose returns they are is not always told
 constexpr double kBesideEnd = 0.05;  // m; so near to an end returns of the next wall disturb a fit
 
 /// A segment's own axes: u from a to b, v to its left.
@@ -67,6 +68,7 @@ class Refinement {
     ends.key_spacing = o_.key_spacing, ends.key_turn = o_.key_turn;
     sharpen_ends(site_, found, ends);
     for (const Corner& c : corners) join(found[c.wall], c);
+    add_pose_errors(found);
     return found;
   }
 
@@ -175,7 +177,8 @@ class Refinement {
     double between(double low, double high) const {
       double sum = 0;
       for (const Piece& p : pieces) {
-        const double from = std::max(low, p.u - p.width / 2), to = std::min(high, p.u + p.width / 2);
+        const double from = std::max(low, p.u - p.width / 2),
+                     to = std::min(high, p.u + p.width / 2);
         if (to > from) sum += p.returns * (to - from) / p.width;
       }
       return sum;
@@ -328,14 +331,16 @@ class Refinement {
     bits_.near(middle - reach, middle + reach, r_.min_band, [&](std::size_t i) {
       const SurfaceBit& bit = bits_.all()[i];
       if (owner_[i] != kNobody || !faces(bit, axes.n)) return;
-      if (std::abs(axes.v(bit.mean)) <= r_.min_band) on.push_back({axes.t.dot(bit.mean - middle), i});
+      if (std::abs(axes.v(bit.mean)) <= r_.min_band)
+        on.push_back({axes.t.dot(bit.mean - middle), i});
     });
     std::sort(on.begin(), on.end());
     const auto next = std::lower_bound(on.begin(), on.end(), std::pair(0.0, std::size_t{0}));
     auto first = next, last = next;
     while (last != on.end() && last->first - (last == next ? 0 : (last - 1)->first) <= r_.max_gap)
       ++last;
-    while (first != on.begin() && (first == next ? 0 : first->first) - (first - 1)->first <= r_.max_gap)
+    while (first != on.begin() &&
+           (first == next ? 0 : first->first) - (first - 1)->first <= r_.max_gap)
       --first;
     std::vector<std::size_t> members;
     for (auto i = first; i != last; ++i) members.push_back(i->second);
@@ -400,7 +405,8 @@ class Refinement {
       const double far = other.direction().dot(place - other.middle());
       const Eigen::Matrix2d& c = other.covariance;
       const double across = c(0, 0) + 2 * far * c(0, 1) + far * far * c(1, 1);
-      best = Corner{k, at_b, place, std::sqrt(std::max(across, 0.0)) / std::abs(sine)};
+      best = Corner{k, at_b, place,
+                    std::sqrt(std::max(across, 0.0) + kShared * kShared) / std::abs(sine)};
     }
     return best;
   }
@@ -418,6 +424,33 @@ class Refinement {
     (c.at_b ? s.b : s.a) = c.place;
     (c.at_b ? s.sigma_b : s.sigma_a) = c.sigma;
     shift_middle(s, t.dot(s.middle() - old));
+  }
+
+  /// Neighbouring poses err alike, so that returns in plenty do not make their errors smaller.
+  void add_pose_errors(std::vector<Segment>& found) const {
+    struct Mean {
+      double returns = 0, heading = 0;
+      Eigen::Matrix2d place = Eigen::Matrix2d::Zero();
+    };
+    std::vector<Mean> means(found.size());
+    for (std::size_t i = 0; i < owner_.size(); ++i) {
+      if (owner_[i] == kNobody) continue;
+      const SurfaceBit& bit = bits_.all()[i];
+      Mean& mean = means[owner_[i]];
+      mean.returns += bit.returns;
+      mean.heading += bit.returns * bit.heading_variance;
+      mean.place += bit.returns * bit.pose_covariance;
+    }
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      Segment& s = found[k];
+      const double n = std::max(means[k].returns, 1.0);
+      const Eigen::Matrix2d place = means[k].place / n;
+      const double along = std::sqrt(std::max(0.0, s.direction().dot(place * s.direction())));
+      s.covariance(0, 0) += std::max(0.0, s.normal().dot(place * s.normal()));
+      s.covariance(1, 1) += std::max(0.0, means[k].heading / n);
+      s.sigma_a = std::hypot(s.sigma_a, along);
+      s.sigma_b = std::hypot(s.sigma_b, along);
+    }
   }
 
   const Site& site_;

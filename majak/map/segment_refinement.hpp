@@ -32,8 +32,7 @@ inline void describe(OptionFields& fields, SegmentRefinementOptions& o) {
   fields.add("refinement.min_length", o.min_length,
              {"m", "of a piece found in what the walls leave over", 0.02, 100});
   fields.add("refinement.max_gap", o.max_gap, {"m", "within such a piece", 0.02, 10});
-  fields.add("refinement.min_returns", o.min_returns,
-             {"1", "fewer make no segment", 3, 1000000});
+  fields.add("refinement.min_returns", o.min_returns, {"1", "fewer make no segment", 3, 1000000});
   fields.add("refinement.corner_slack", o.corner_slack,
              {"m", "ends so near to where their lines meet end there", 0, 1});
 }

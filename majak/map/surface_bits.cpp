@@ -98,9 +98,8 @@ void SurfaceBits::sort_into_blocks() {
   const auto key_of = [](const SurfaceBit& bit) {
     return key(block(bit.mean.x()), block(bit.mean.y()));
   };
-  std::stable_sort(bits_.begin(), bits_.end(), [&](const SurfaceBit& a, const SurfaceBit& b) {
-    return key_of(a) < key_of(b);
-  });
+  std::stable_sort(bits_.begin(), bits_.end(),
+                   [&](const SurfaceBit& a, const SurfaceBit& b) { return key_of(a) < key_of(b); });
   for (std::size_t first = 0, i = 1; i <= bits_.size(); ++i) {
     if (i < bits_.size() && key_of(bits_[i]) == key_of(bits_[first])) continue;
     blocks_[key_of(bits_[first])] = {first, i};

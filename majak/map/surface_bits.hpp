@@ -16,20 +16,20 @@ namespace majak::map {
 /// The returns in one square, map frame.
 struct SurfaceBit {
   double returns = 0;
-  Vec2 mean = Vec2::Zero();                            ///< m
-  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();   ///< m^2, covariance of the returns
+  Vec2 mean = Vec2::Zero();                                   ///< m
+  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();          ///< m^2, covariance of the returns
   Eigen::Matrix2d pose_covariance = Eigen::Matrix2d::Zero();  ///< m^2, of a return, by its pose
-  double heading_variance = 0;                         ///< rad^2, of the poses
-  Vec2 beam = Vec2::Zero();                            ///< mean direction of the beams, not unit
-  int scans = 0;                                       ///< in which it was hit
-  int first_scan = 0, last_scan = 0;                   ///< of those taken, numbered from 1
+  double heading_variance = 0;                                ///< rad^2, of the poses
+  Vec2 beam = Vec2::Zero();           ///< mean direction of the beams, not unit
+  int scans = 0;                      ///< in which it was hit
+  int first_scan = 0, last_scan = 0;  ///< of those taken, numbered from 1
 };
 
 struct SurfaceBitsOptions {
-  double cell = 0.02;        ///< m, side of a square
-  double max_range = 30;     ///< m, longer beams are left out
-  double key_spacing = 0.15; ///< m, a scan nearer than this to the last one taken and
-  double key_turn = 0.15;    ///< rad, turned less is left out
+  double cell = 0.02;         ///< m, side of a square
+  double max_range = 30;      ///< m, longer beams are left out
+  double key_spacing = 0.15;  ///< m, a scan nearer than this to the last one taken and
+  double key_turn = 0.15;     ///< rad, turned less is left out
 };
 
 class SurfaceBits {

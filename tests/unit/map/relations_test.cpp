@@ -94,9 +94,8 @@ TEST(Relations, TheTwoSidesOfAWallAreParallelNotCollinear) {
 
 TEST(Relations, WhatIsKnownWorseMayBeTurnedMore) {
   EXPECT_TRUE(relations(std::vector{wall({0, 0}, {1, 0}), wall({0, 1}, {1, 1.08})}).empty());
-  EXPECT_EQ(relations(std::vector{wall({0, 0}, {1, 0}, 0.02), wall({0, 1}, {1, 1.08}, 0.02)})
-                .size(),
-            1U);
+  EXPECT_EQ(
+      relations(std::vector{wall({0, 0}, {1, 0}, 0.02), wall({0, 1}, {1, 1.08}, 0.02)}).size(), 1U);
 }
 
 TEST(Relations, NothingOfNothing) {

@@ -340,9 +340,10 @@ TEST(SegmentMap, OfABuilding) {
   int whole = 0, once = 0, ends = 0, exact = 0, inside = 0;
   double seen = 0, mapped = 0, worst = 0;
   for (std::size_t k = 0; k < scene.size(); ++k) {
-    const double share = static_cast<double>(hit[k].size() - static_cast<std::size_t>(std::count(
-                                                 hit[k].begin(), hit[k].end(), 0))) /
-                         std::max(1.0, static_cast<double>(hit[k].size()));
+    const double share =
+        static_cast<double>(hit[k].size() -
+                            static_cast<std::size_t>(std::count(hit[k].begin(), hit[k].end(), 0))) /
+        std::max(1.0, static_cast<double>(hit[k].size()));
     for (std::size_t i = 0; i < hit[k].size(); ++i) {
       if (hit[k][i] < 3) continue;  // three returns of 5 cm make it seen
       const Vec2 t = (scene[k].b - scene[k].a).normalized();
