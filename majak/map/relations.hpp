@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Relations: how the segments of a map lie to each other, as a graph whose nodes are segments:
 // parallel, perpendicular, collinear, corner, opening. Each is a test against the segments' own
-// covariance, with a tolerance for what walls are off in real buildings. MATH 15.6.
+// covariance, with a tolerance for what walls are off in real buildings. MATH 15.7.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A segment map as the cells that localization looks up: occupied where a segment lies, free
-// between segments that face each other. MATH 15.5.
+// between segments that face each other. MATH 15.6.
 #pragma once
 
 #include <span>
