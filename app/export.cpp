@@ -38,7 +38,7 @@ constexpr const char* kHelp =
     "  majak export hall graphml              rooms and doors as a graph; json: with outlines and "
     "cells\n"
     "  majak export hall glb --log my.log     planes that its second, upright laser saw; --look\n"
-    "  majak export hall dxf --set segments.min_length=0.2     shorter pieces, too\n"
+    "  majak export hall dxf --set refinement.min_returns=400  large walls only\n"
     "  majak export map.yaml dxf              the walls of a map that others made of cells\n"
     "\n"
     "Metres of the map's frame. A piece keeps the way from its begin to its end: it was seen from "

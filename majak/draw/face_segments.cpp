@@ -14,7 +14,7 @@ namespace majak::draw {
 
 FacePage segments_page(const std::vector<map::Segment>& walls) {
   if (walls.empty())
-    throw Error("no straight piece is long enough; try --set segments.min_length=0.2");
+    throw Error("no straight piece has returns enough; try --set refinement.min_returns=20");
   double length = 0;
   std::vector<Mark> marks;
   std::vector<Point> ends;

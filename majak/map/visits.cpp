@@ -19,10 +19,14 @@ std::vector<Visit> split(const Site& site, double gap, double longest) {
     while (++last < count && time_at(site, last) - time_at(site, last - 1) <= gap) {
     }
     const double begin = time_at(site, first), lasts = time_at(site, last - 1) - begin;
-    const double part = lasts / std::max(1.0, std::ceil(lasts / longest));
+    const double parts = std::max(1.0, std::ceil(lasts / longest));
+    const auto part_of = [&](std::size_t i) {
+      return lasts > 0 ? std::min(parts - 1, std::floor((time_at(site, i) - begin) * parts / lasts))
+                       : 0;
+    };
     std::size_t from = first;
     for (std::size_t i = first + 1; i <= last; ++i) {
-      if (i < last && time_at(site, i) - time_at(site, from) < part) continue;
+      if (i < last && part_of(i) == part_of(from)) continue;
       visits.push_back({from, i});
       from = i;
     }

@@ -13,8 +13,8 @@ for format in svg dxf geojson wkt; do
   cmp -s hall.$format again.$format || fail "another $format"
 done
 [ "$(grep -c '^LINE' hall.dxf)" -gt 50 ] || fail "few walls: $(grep -c '^LINE' hall.dxf)"
-ok "$majak" export hall wkt --set segments.min_length=2 -o long.wkt
-[ "$(wc -c <long.wkt)" -lt "$(wc -c <hall.wkt)" ] || fail "the shortest length changes nothing"
+ok "$majak" export hall wkt --set refinement.min_returns=500 -o long.wkt
+[ "$(wc -c <long.wkt)" -lt "$(wc -c <hall.wkt)" ] || fail "the least number of returns changes nothing"
 
 refused "$majak" export no_such dxf
 refused "$majak" export hall docx
@@ -24,5 +24,5 @@ grep -q "cells_missed_percent [0-9.]* cells_added_percent [0-9.]*$" out || fail 
 cp hall/map.png bare.png
 refused "$majak" export bare.png dxf
 ok "$majak" export bare.png dxf --map-resolution 0.05
-refused "$majak" export hall dxf --set segments.min_length=99
+refused "$majak" export hall dxf --set refinement.min_returns=1000000
 refused "$majak" export hall dxf --set segments.colour=3

@@ -29,4 +29,4 @@ refused "$majak" faces hall nose
 refused "$majak" faces hall/map.yaml
 refused "$majak" faces hall sensor --from 100000
 refused "$majak" faces hall sensor --near here
-refused "$majak" faces hall segments --set segments.min_length=99
+refused "$majak" faces hall segments --set refinement.min_returns=1000000

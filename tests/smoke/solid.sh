@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# majak export as solids: twice the same, and as other people's programs see them. These are not
-# needed to build or test majak; they are asked where they have been installed by
-#   npm install --prefix ~/.cache/majak three@0.187 gltf-validator@2.0.0-dev.3.10
-# ($MAJAK_NPM names another place).
+# majak export as solids: twice the same; what a second laser out of the plane saw.
 . "$(dirname "$0")/lib.sh"
 simulate
 cd "$work" || exit 1
@@ -38,11 +35,3 @@ ok "$majak" faces yard elevation --log yard.log --look down --tilt tilt.txt
 non_empty yard-faces/elevation.png yard-faces/elevation.glb
 echo "no numbers" >bad.txt
 refused "$majak" faces yard elevation --log yard.log --look down --tilt bad.txt
-
-place=${MAJAK_NPM:-$HOME/.cache/majak}
-[ -d "$place/node_modules/three" ] && [ -d "$place/node_modules/gltf-validator" ] && command -v node >/dev/null ||
-  skip "no three and gltf-validator in $place"
-for solid in hall rooms-faces/solid yard-faces/elevation; do
-  ok node "$root/tests/smoke/solid_check.mjs" "$place" $solid.glb $solid.wrl $solid.ply
-  cat out
-done

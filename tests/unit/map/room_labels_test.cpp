@@ -75,7 +75,7 @@ TEST(RoomLabels, NeedARoom) { EXPECT_THROW(label_at(wing(), {-5, 0}, "x"), Error
 
 TEST(RoomLabels, EvidenceSaysWhy) {
   const Topology t = wing();
-  EXPECT_EQ(evidence_of(t.rooms[t.room_at({6, 0.8})]), "1.6 m wide and 8 times as long");
+  EXPECT_EQ(evidence_of(t.rooms[t.room_at({6, 0.8})]), "1.5 m wide and 8 times as long");
   EXPECT_THAT(evidence_of(t.rooms[t.room_at({2, 4})]), testing::HasSubstr("1 door"));
 }
 
