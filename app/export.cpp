@@ -77,14 +77,15 @@ draw::FacePage page_of(const ExportCommand& o, const ExportFormat& format) {
   const bool solid = !o.second.log.empty() && std::string_view(format.face) == "walls-3d";
   const std::string face = solid ? "solid" : format.face;
   if (!input.site && face != "segments")
-    throw Error(fmt::format("{}: a map of cells has no {}; that takes the run it was made from",
-                            o.run, face));
+    throw Error(
+        fmt::format("{}: a map alone has no {}; that takes the run it was made from", o.run, face));
   try {
     const auto cloud = input.site ? read_cloud(*input.site, o.second) : std::nullopt;
     draw::FaceOptions options = o.options;
     options.cloud = cloud ? &*cloud : nullptr;
-    return input.site ? draw::face(face).make(*input.site, options)
-                      : draw::contours_page(*input.known, input.T_world_map);
+    if (input.site) return draw::face(face).make(*input.site, options);
+    return input.known ? draw::contours_page(*input.known, input.T_world_map)
+                       : draw::segments_page(input.segments);
   } catch (const Error& e) {
     throw Error(fmt::format("{}: {}", o.run, e.what()));
   }

@@ -42,13 +42,15 @@ constexpr const char* kHelp =
     "  majak faces hall --from 60 --to 120  of what was seen in the second minute\n"
     "  majak faces hall --near 12,3,5       of what was seen from within 5 m of (12, 3)\n"
     "  majak faces hall solid --log my.log --look up    of a second laser that stands upright\n"
+    "  majak faces hall segments --known plan.dxf        walls that are known and still stand "
+    "stay\n"
     "  majak faces hall inflated --set robot.radius=0.45\n"
     "\n"
     "The folder holds faces.html, each face as NAME.png and NAME.svg, and its files for other\n"
     "programs. What a face cannot show of this run, it says.\n";
 
 struct FacesCommand {
-  std::string run, output, near;
+  std::string run, output, near, known;
   std::vector<std::string> names, set;
   bool all = false;
   int threads = 0;
@@ -77,6 +79,15 @@ Site site_of(FacesCommand& o) {
     throw Error(o.run + ": no run; faces needs the folder that majak map left, or its site.majak");
   const bool whole = o.selection.from <= 0 && std::isinf(o.selection.to) && !o.selection.near;
   return whole ? std::move(*input.site) : map::selected(*input.site, o.selection);
+}
+
+/// Walls of a plan count as if they had been seen often enough.
+std::vector<map::Segment> known_walls(const std::string& file, int min_scans) {
+  std::vector<map::Segment> walls = io::read_map(file).segments;
+  if (walls.empty())
+    throw Error(file + ": no walls; a dxf, geojson, wkt or svg of lines is expected");
+  for (map::Segment& wall : walls) wall.scans = static_cast<std::size_t>(min_scans);
+  return walls;
 }
 
 draw::MadeFace made(const draw::Face& face, const Site& site, const draw::FaceOptions& options) {
@@ -115,6 +126,7 @@ void run_faces(FacesCommand& o) {
   o.options.threads = {o.threads > 0 ? o.threads : hardware};
   const Site site = site_of(o);
   o.options.labels = io::read_labels(labels_path(o.run));
+  if (!o.known.empty()) o.options.known_walls = known_walls(o.known, o.options.segments.min_scans);
   const auto cloud = read_cloud(site, o.second);
   o.options.cloud = cloud ? &*cloud : nullptr;
   if (o.output.empty()) o.output = results_folder(o.run, "-faces");
@@ -127,6 +139,7 @@ void run_faces(FacesCommand& o) {
     all.push_back(made(*face, site, o.options));
     progress.clear();
     write(folder, all.back());
+    std::fflush(stdout);  // one may take a minute
   }
   io::write_file_atomically(folder / "faces.html", draw::faces_html(site.source_name, all));
   io::write_file_atomically(folder / "options.toml", io::options_toml(fields));
@@ -146,6 +159,8 @@ void add_faces(CLI::App& app) {
   command->add_option("--to", o->selection.to, "only scans until so many s after the first");
   command->add_option("--near", o->near, "only scans taken there: x,y,radius in m");
   add_solid_log(*command, o->second);
+  command->add_option("--known", o->known,
+                      "walls that the segments begin with: dxf, geojson, wkt, svg (map's frame)");
   command->add_option("-o,--output", o->output, "folder (default: the run's name-faces)");
   command->add_option("--threads", o->threads, "0: as many as there are");
   command->add_option("--set", o->set, "one option: name=value");

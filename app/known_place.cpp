@@ -24,8 +24,7 @@ localize::PlacePtr place_of(const io::MapInput& input, bool on_segments) {
 
 }  // namespace
 
-KnownPlace read_known_place(const std::string& map, double resolution,
-                            const std::string& on) {
+KnownPlace read_known_place(const std::string& map, double resolution, const std::string& on) {
   io::MapInput input = io::read_map(map, resolution);
   KnownPlace known{nullptr, std::nullopt, input.T_world_map};
   try {

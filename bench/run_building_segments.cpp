@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Segments of the simulated building, whose walls are known.
-//   run_building_segments [--seeds N] [--noise M] [--pose-sigma M] [--list] [NAME=VALUE ...]
+//   run_building_segments [--seeds N] [--first N] [--noise M] [--pose-sigma M] [--list] [NAME=VALUE
+//   ...]
 // Each seed is a drive through the turned building with ranges' noise, and, where asked for, poses
 // drawn with the covariance that they state. A wall is seen whole when 98 % of its steps of 5 cm
 // were hit; a step, and an end, is seen where three returns came from it.
@@ -32,6 +33,7 @@ constexpr int kSeen = 3;        // returns, for a step of a wall to count as see
 
 struct Setting {
   int seeds = 10;
+  int first = 0;
   double noise = 0.01;      // m, of a range
   double pose_sigma = 0.0;  // m, of each pose; of its heading a fifth of it in rad
   bool list = false;
@@ -179,7 +181,7 @@ void compare(Sums& sums, const sim::World& world, const Drive& drive,
 void measure(const Setting& setting) {
   Sums sums;
   const sim::Path plain = sim::plan_tour(sim::World(sim::building()));
-  for (int seed = 0; seed < setting.seeds; ++seed) {
+  for (int seed = setting.first; seed < setting.first + setting.seeds; ++seed) {
     const Pose2 T{0.37 * seed, -0.23 * seed, 0.31 * seed};
     const sim::World world(turned(sim::building(), T));
     sim::Path path = plain;
@@ -212,6 +214,8 @@ int main(int argc, char** argv) {
       const auto value = [&] { return i + 1 < argc ? std::stod(argv[++i]) : 0.0; };
       if (word == "--seeds")
         setting.seeds = static_cast<int>(value());
+      else if (word == "--first")
+        setting.first = static_cast<int>(value());
       else if (word == "--noise")
         setting.noise = value();
       else if (word == "--pose-sigma")

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -94,6 +95,7 @@ void score(std::uint64_t seed, const Run& run, Sums& sums) {
   ++sums.buildings;
   sums.doors += s.true_doors, sums.found += s.doors_found;
   sums.claimed += s.doors, sums.invented += s.false_doors;
+  if (!run.pictures.empty()) std::filesystem::create_directories(run.pictures);
   if (!run.pictures.empty())
     bench::write_picture(fmt::format("{}/office-{}", run.pictures, seed),
                          draw::topology_figure(known, topology, map::room_names(topology)));

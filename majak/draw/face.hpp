@@ -60,6 +60,7 @@ struct MapTime {
 struct FaceOptions {
   map::OccupancyGridOptions grid;
   map::SegmentMapOptions segments;
+  std::vector<map::Segment> known_walls;  ///< map frame: what the segments begin with
   map::ForwardGridOptions forward;
   map::IntensityOptions intensity;
   RobotSize robot;

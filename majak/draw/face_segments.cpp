@@ -43,7 +43,7 @@ FacePage segments_page(const std::vector<map::Segment>& walls) {
 }
 
 FacePage segments_face(const Site& site, const FaceOptions& o) {
-  return segments_page(map::build_segments(site, o.segments).walls());
+  return segments_page(map::build_segments(site, o.segments, nullptr, o.known_walls).walls());
 }
 
 FacePage contours_page(const map::KnownMap& map, const Pose2& T_world_map) {

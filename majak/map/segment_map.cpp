@@ -304,14 +304,15 @@ std::vector<Segment> SegmentMap::walls() const {
 }
 
 SegmentMap build_segments(const Site& site, const SegmentMapOptions& options,
-                          std::vector<SegmentSteps>* log) {
+                          std::vector<SegmentSteps>* log, const std::vector<Segment>& known) {
   check(options);
-  SegmentMap map(options);
+  SegmentMap map(options, known);
   for_spaced_scans(site, options.key_spacing, options.key_turn, [&](const PosedScan& posed) {
     const SegmentSteps steps = map.add(posed.scan, posed.estimate.T_map_robot);
     if (log) log->push_back(steps);
   });
-  if (options.refinement.enabled) return SegmentMap(options, refined(site, map.walls(), options));
+  if (options.refinement.enabled && known.empty())
+    return SegmentMap(options, refined(site, map.walls(), options));
   return map;
 }
 

@@ -26,3 +26,6 @@ refused "$majak" export bare.png dxf
 ok "$majak" export bare.png dxf --map-resolution 0.05
 refused "$majak" export hall dxf --set refinement.min_returns=1000000
 refused "$majak" export hall dxf --set segments.colour=3
+ok "$majak" export hall.dxf svg -o from_dxf.svg
+cmp -s from_dxf.svg hall.svg || fail "walls of a file are other walls"
+refused "$majak" export hall.dxf graphml

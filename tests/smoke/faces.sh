@@ -24,6 +24,12 @@ ok "$majak" faces hall sensor --near 0,0,3 -o near
 ok "$majak" faces hall inflated --set robot.radius=0.1 -o thin
 cmp -s thin/inflated.pgm hall-faces/inflated.pgm && fail "the robot's size changes nothing"
 
+ok "$majak" faces hall segments --known hall-faces/walls.wkt -o begun
+printf 'LINESTRING (40 40, 44 40)\n' >far.wkt
+ok "$majak" faces hall segments --known far.wkt -o far
+grep -q "44.0000 40.0000" far/walls.wkt || fail "a known wall that nobody looked at is gone"
+refused "$majak" faces hall segments --known no_such.wkt
+
 refused "$majak" faces no_such
 refused "$majak" faces hall nose
 refused "$majak" faces hall/map.yaml
