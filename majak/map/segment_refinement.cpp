@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "majak/map/segment_ends.hpp"
+#include "majak/map/segment_gaps.hpp"
 #include "majak/map/segment_map.hpp"
 #include "majak/map/surface_bits.hpp"
 
@@ -36,6 +37,7 @@ struct Axes {
 struct Wall {
   Segment segment;
   double band;         // m, returns so near to the line are its own
+  Segment found;       // as it came to be one
   double returns = 0;  // that it owns
 };
 
@@ -51,7 +53,7 @@ class Refinement {
   Refinement(const Site& site, const SurfaceBits& bits, const std::vector<Segment>& walls,
              const SegmentMapOptions& options)
       : site_(site), bits_(bits), o_(options), r_(options.refinement) {
-    for (const Segment& s : walls) walls_.push_back({s, r_.max_band});
+    for (const Segment& s : walls) walls_.push_back({s, r_.max_band, s});
   }
 
   std::vector<Segment> result() {
@@ -152,6 +154,12 @@ class Refinement {
     return fit;
   }
 
+  /// Fits step by step that follow a wall's neighbour lead away from what was found.
+  bool astray(const Segment& now, const Segment& found) const {
+    return cross(now, found) > std::sin(o_.max_angle) ||
+           std::abs(now.normal().dot(found.middle() - now.a)) > r_.max_band;
+  }
+
   void fit(std::size_t k) {
     const auto line = line_of_returns(k);
     if (!line) return;
@@ -160,7 +168,9 @@ class Refinement {
     const auto at = [&](double u) -> Vec2 {
       return axes.origin + u * axes.t + (line->offset + line->slope * (u - line->centre)) * axes.n;
     };
+    const Segment before = s;
     s.a = at(0), s.b = at(axes.length);
+    if (astray(s, walls_[k].found)) return void(s = before);
     const double offset = line->variance / line->weight + kSquares * kSquares;
     const double turn = line->variance / std::max(line->moment, 1e-6);
     const double d = axes.length / 2 - line->centre;
@@ -249,7 +259,7 @@ class Refinement {
           ++k;
           continue;
         }
-        walls_[i].segment = fused(walls_[i].segment, walls_[k].segment);
+        walls_[i].segment = walls_[i].found = fused(walls_[i].segment, walls_[k].segment);
         walls_[i].band = std::max(walls_[i].band, walls_[k].band);
         walls_.erase(walls_.begin() + static_cast<std::ptrdiff_t>(k));
         k = i + 1;
@@ -320,7 +330,7 @@ class Refinement {
     for (const std::size_t i : members) used_[i] = true, owner_[i] = walls_.size();
     s->points = static_cast<std::size_t>(returns);
     s->scans = static_cast<std::size_t>(scans);
-    return Wall{*s, r_.min_band, returns};
+    return Wall{*s, r_.min_band, *s, returns};
   }
 
   /// Free bits on the line of s that hang together round its middle, by their way along it.
@@ -467,9 +477,12 @@ class Refinement {
 
 std::vector<Segment> refined(const Site& site, std::vector<Segment> walls,
                              const SegmentMapOptions& options) {
-  const SurfaceBits bits(site, {options.refinement.cell, options.scan.max_range,
-                                options.key_spacing, options.key_turn});
-  return Refinement(site, bits, walls, options).result();
+  const OccupancyGrid grid = build_occupancy_grid(site);
+  const SurfaceBits bits(
+      site, grid,
+      {options.refinement.cell, options.scan.max_range, options.key_spacing, options.key_turn});
+  return without_gaps(Refinement(site, bits, walls, options).result(), grid,
+                      options.refinement.open_gap, options.refinement.min_length);
 }
 
 }  // namespace majak::map

@@ -20,6 +20,7 @@ struct SegmentRefinementOptions {
   double min_length = 0.06;    ///< m, of a piece found in what the walls leave over
   double max_gap = 0.15;       ///< m, within such a piece
   int min_returns = 20;        ///< fewer make no segment
+  double open_gap = 0.3;       ///< m; so much of a wall that beams mostly go through is taken out
   double corner_slack = 0.06;  ///< m; ends so near to where their lines meet end there
 };
 
@@ -33,6 +34,8 @@ inline void describe(OptionFields& fields, SegmentRefinementOptions& o) {
              {"m", "of a piece found in what the walls leave over", 0.02, 100});
   fields.add("refinement.max_gap", o.max_gap, {"m", "within such a piece", 0.02, 10});
   fields.add("refinement.min_returns", o.min_returns, {"1", "fewer make no segment", 3, 1000000});
+  fields.add("refinement.open_gap", o.open_gap,
+             {"m", "so much of a wall that beams mostly go through is taken out", 0.05, 100});
   fields.add("refinement.corner_slack", o.corner_slack,
              {"m", "ends so near to where their lines meet end there", 0, 1});
 }

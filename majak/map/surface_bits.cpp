@@ -5,12 +5,11 @@
 #include <cmath>
 
 #include "majak/map/occupancy_grid.hpp"
+#include "majak/map/segment_gaps.hpp"
 #include "majak/map/spaced_scans.hpp"
 
 namespace majak::map {
 namespace {
-
-constexpr double kOccupied = 0.619;  // log-odds of 0.65
 
 /// Of a point that is `arm` from the robot (map axes), by the pose's error.
 Eigen::Matrix2d by_pose(const Mat3& covariance, const Vec2& arm) {
@@ -36,20 +35,12 @@ SurfaceBit finished(const Gathering& g) {
   return bit;
 }
 
-bool beside_occupied(const OccupancyGrid& grid, const Vec2& p) {
-  const int x = static_cast<int>(std::floor(p.x() / grid.resolution()));
-  const int y = static_cast<int>(std::floor(p.y() / grid.resolution()));
-  for (int dy = -1; dy <= 1; ++dy)
-    for (int dx = -1; dx <= 1; ++dx)
-      if (grid.log_odds(x + dx, y + dy) >= kOccupied) return true;
-  return false;
-}
-
 }  // namespace
 
-SurfaceBits::SurfaceBits(const Site& site, const SurfaceBitsOptions& options) {
+SurfaceBits::SurfaceBits(const Site& site, const OccupancyGrid& grid,
+                         const SurfaceBitsOptions& options) {
   gather(site, options);
-  keep_static(site);
+  keep_static(grid);
   sort_into_blocks();
 }
 
@@ -89,8 +80,7 @@ void SurfaceBits::gather(const Site& site, const SurfaceBitsOptions& o) {
   for (const Gathering& g : sums) bits_.push_back(finished(g));
 }
 
-void SurfaceBits::keep_static(const Site& site) {
-  const OccupancyGrid grid = build_occupancy_grid(site);
+void SurfaceBits::keep_static(const OccupancyGrid& grid) {
   std::erase_if(bits_, [&](const SurfaceBit& bit) { return !beside_occupied(grid, bit.mean); });
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "majak/core/site.hpp"
+#include "majak/map/occupancy_grid.hpp"
 
 namespace majak::map {
 
@@ -34,8 +35,8 @@ struct SurfaceBitsOptions {
 
 class SurfaceBits {
  public:
-  /// What does not lie in or beside an occupied cell of the site's occupancy grid is left out.
-  explicit SurfaceBits(const Site& site, const SurfaceBitsOptions& options = {});
+  /// What does not lie in or beside an occupied cell of the grid, the site's own, is left out.
+  SurfaceBits(const Site& site, const OccupancyGrid& grid, const SurfaceBitsOptions& options = {});
 
   const std::vector<SurfaceBit>& all() const { return bits_; }
 
@@ -62,7 +63,7 @@ class SurfaceBits {
   }
   static bool misses(int x, int y, const Vec2& a, const Vec2& b, double reach);
   void gather(const Site& site, const SurfaceBitsOptions& options);
-  void keep_static(const Site& site);
+  void keep_static(const OccupancyGrid& grid);
   void sort_into_blocks();
 
   std::vector<SurfaceBit> bits_;

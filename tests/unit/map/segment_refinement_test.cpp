@@ -109,7 +109,7 @@ TEST(SharpenEnds, WithoutABeamThatPassesNothingMoves) {
 
 TEST(SurfaceBits, HoldTheMomentsOfAllReturns) {
   const Site site = before_a_wall(3, 0.01);
-  const SurfaceBits bits(site);
+  const SurfaceBits bits(site, build_occupancy_grid(site));
   double n = 0, on_wall = 0, sum = 0, square = 0;
   for (const SurfaceBit& bit : bits.all()) {
     n += bit.returns;
@@ -126,7 +126,8 @@ TEST(SurfaceBits, HoldTheMomentsOfAllReturns) {
 }
 
 TEST(SurfaceBits, NearFindsAllThatAreNear) {
-  const SurfaceBits bits(before_a_wall(3, 0.01));
+  const Site site = before_a_wall(3, 0.01);
+  const SurfaceBits bits(site, build_occupancy_grid(site));
   const Vec2 a(0.3, 2.9), b(2.1, 3.2);
   std::vector<int> visits(bits.all().size(), 0);
   bits.near(a, b, 0.1, [&](std::size_t i) { ++visits[i]; });
