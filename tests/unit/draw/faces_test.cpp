@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 /// A turn in the middle of a room of 6 x 4 m.
 PosedScan in_a_room(int i, const Pose2& pose) {
   PosedScan posed;
-  posed.scan.time = i * kSecond / 5;
+  posed.scan.time = i * kSecond / 5 + i / 20 * 100 * kSecond;  // three visits
   posed.scan.start_angle = -kPi / 2;
   posed.scan.angle_step = kPi / 180;
   posed.scan.max_range = 8;
