@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "majak/core/error.hpp"
+#include "majak/core/option_range.hpp"
 #include "majak/map/occupancy_grid.hpp"
 #include "majak/map/scan_choice.hpp"
 #include "majak/map/scan_window.hpp"
@@ -50,17 +50,6 @@ void add(ScanWindow& window, OccupancyGrid& grid, const Steps& steps) {
   });
 }
 
-void check(OccupancyGridOptions options) {
-  OptionFields fields;
-  describe(fields, options);
-  for (const OptionField& field : fields.list) {
-    const double value = *std::get<double*>(field.value);
-    if (!(value >= field.info.min && value <= field.info.max)) {
-      throw Error("option " + field.name + " is out of its range");
-    }
-  }
-}
-
 std::int16_t to_units(double log_odds) {
   return static_cast<std::int16_t>(std::lround(log_odds / OccupancyGrid::kUnit));
 }
@@ -69,7 +58,7 @@ std::int16_t to_units(double log_odds) {
 
 OccupancyGrid build_occupancy_grid(const Site& site, const OccupancyGridOptions& options,
                                    Threads threads) {
-  check(options);
+  require_in_range(options);
   const Steps steps{to_units(options.log_odds_hit), to_units(-options.log_odds_miss),
                     to_units(options.log_odds_limit)};
   OccupancyGrid grid(options.resolution);

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "majak/core/error.hpp"
+#include "majak/core/option_range.hpp"
 #include "majak/map/scan_choice.hpp"
 #include "majak/map/scan_window.hpp"
 
@@ -20,17 +20,6 @@ double carried(double p, const DynamicsMap::Rates& rates, double dt) {
   const double sum = rates.fill + rates.empty;
   const double resting = rates.fill / sum;
   return resting + (p - resting) * std::exp(-sum * dt);
-}
-
-void check(DynamicsOptions options) {
-  OptionFields fields;
-  describe(fields, options);
-  describe(fields, options.grid);
-  for (const OptionField& field : fields.list) {
-    const double value = *std::get<double*>(field.value);
-    if (!(value >= field.info.min && value <= field.info.max))
-      throw Error("option " + field.name + " is out of its range");
-  }
 }
 
 }  // namespace
@@ -173,7 +162,8 @@ std::optional<double> DynamicsMap::occupied_at(const CellHistory& cell, double t
 }
 
 DynamicsMap build_dynamics(const Site& site, const DynamicsOptions& options, Threads threads) {
-  check(options);
+  require_in_range(options);
+  require_in_range(options.grid);
   DynamicsMap map(options);
   const std::vector<std::size_t> chosen =
       scans_to_draw(site, {options.grid.resolution, options.grid.max_range,

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "majak/core/error.hpp"
+#include "majak/core/option_range.hpp"
 #include "majak/map/intensity.hpp"
 #include "majak/map/scan_choice.hpp"
 
@@ -144,20 +145,10 @@ void reweight(std::vector<Echo>& echoes, const Unknowns& x, const IntensityOptio
   });
 }
 
-void check(IntensityOptions options) {
-  OptionFields fields;
-  describe(fields, options);
-  for (const OptionField& field : fields.list) {
-    const double value = *std::get<double*>(field.value);
-    if (!(value >= field.info.min && value <= field.info.max))
-      throw Error("option " + field.name + " is out of its range");
-  }
-}
-
 }  // namespace
 
 EchoResponse learn_echo_response(const Site& site, const IntensityOptions& options) {
-  check(options);
+  require_in_range(options);
   std::vector<Echo> echoes = all_echoes(site, options);
   Unknowns x = Unknowns::Zero();
   for (int round = 0; round < kRounds; ++round) {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "majak/core/error.hpp"
+#include "majak/core/option_range.hpp"
 #include "majak/map/forward_beams.hpp"
 #include "majak/map/forward_grid.hpp"
 #include "majak/map/scan_choice.hpp"
@@ -31,23 +31,13 @@ struct Tally {
   explicit Tally(std::size_t cells) : stops(cells), passes(cells) {}
 };
 
-void check(ForwardGridOptions options) {
-  OptionFields fields;
-  describe(fields, options);
-  for (const OptionField& field : fields.list) {
-    const double value = *std::get<double*>(field.value);
-    if (!(value >= field.info.min && value <= field.info.max))
-      throw Error("option " + field.name + " is out of its range");
-  }
-}
-
 }  // namespace
 
 class ForwardFit {
  public:
   ForwardFit(const Site& site, const ForwardGridOptions& options, Threads threads)
       : site_(site), threads_{std::max(1, threads.count)} {
-    check(options);
+    require_in_range(options);
     grid_.options_ = options;
     grid_.cells_.resolution = options.resolution;
     grid_.cells_.set(0, options.prior_stop);

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numeric>
 
-#include "majak/core/error.hpp"
+#include "majak/core/option_range.hpp"
 #include "majak/map/exclusive_assignment.hpp"
 
 namespace majak::map {
@@ -16,18 +16,6 @@ namespace {
 constexpr double kLeastWeight = 0.01;  // of a sighting that shapes an object
 constexpr double kConverged = 0.1;     // nats
 constexpr double kLikely = 0.5;
-
-void check(ObjectOptions options) {
-  OptionFields fields;
-  describe(fields, options);
-  for (const OptionField& field : fields.list) {
-    const double value = std::holds_alternative<double*>(field.value)
-                             ? *std::get<double*>(field.value)
-                             : *std::get<int*>(field.value);
-    if (!(value >= field.info.min && value <= field.info.max))
-      throw Error("option " + field.name + " is out of its range");
-  }
-}
 
 /// What is believed: which pieces there are, how the objects look, which shows which.
 struct Belief {
@@ -329,7 +317,7 @@ void describe(OptionFields& fields, ObjectOptions& o) {
 
 ObjectMap find_objects(std::span<const KnownMap> snapshots, const ObjectOptions& options,
                        Threads threads) {
-  check(options);
+  require_in_range(options);
   ObjectMap map{still_map(snapshots), {}, {}, {}, 0, 0};
   for (std::size_t t = 0; t < snapshots.size(); ++t)
     for (Piece& piece : pieces_of(map.still, snapshots[t], t, options.pieces))
@@ -347,7 +335,7 @@ ObjectMap find_objects(std::span<const KnownMap> snapshots, const ObjectOptions&
 
 Recognition recognize(const ObjectMap& objects, const KnownMap& snapshot,
                       const ObjectOptions& options, Threads threads) {
-  check(options);
+  require_in_range(options);
   const Search search(std::span(&snapshot, 1), options, threads);
   Belief b = search.named(pieces_of(objects.still, snapshot, 0, options.pieces), objects.objects);
   Recognition r{{}, sightings_of(b)};

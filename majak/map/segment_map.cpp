@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include "majak/core/error.hpp"
+#include "majak/core/option_range.hpp"
 #include "majak/map/spaced_scans.hpp"
 
 namespace majak::map {
@@ -95,16 +95,6 @@ Evidence evidence(const Returns& returns, const Segment& s, const SegmentMapOpti
                     found.end += std::abs(behind) <= o.removal_margin;
                   });
   return found;
-}
-
-void check(SegmentMapOptions options) {
-  OptionFields fields;
-  describe(fields, options);
-  for (const OptionField& field : fields.list) {
-    const double value = std::visit([](auto* v) { return static_cast<double>(*v); }, field.value);
-    if (!(value >= field.info.min && value <= field.info.max))
-      throw Error("option " + field.name + " is out of its range");
-  }
 }
 
 }  // namespace
@@ -305,7 +295,7 @@ std::vector<Segment> SegmentMap::walls() const {
 
 SegmentMap build_segments(const Site& site, const SegmentMapOptions& options,
                           std::vector<SegmentSteps>* log, const std::vector<Segment>& known) {
-  check(options);
+  require_in_range(options);
   SegmentMap map(options, known);
   for_spaced_scans(site, options.key_spacing, options.key_turn, [&](const PosedScan& posed) {
     const SegmentSteps steps = map.add(posed.scan, posed.estimate.T_map_robot);

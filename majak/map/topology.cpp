@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "majak/core/error.hpp"
+#include "majak/core/option_range.hpp"
 #include "majak/map/distance_transform.hpp"
 #include "majak/map/door_gaps.hpp"
 #include "majak/map/region_outline.hpp"
@@ -507,16 +507,6 @@ class Builder {
   std::vector<std::int32_t> distances_;
   int count_ = 0;
 };
-
-void require_in_range(TopologyOptions options) {
-  OptionFields fields;
-  describe(fields, options);
-  for (const OptionField& field : fields.list) {
-    const double value = *std::get<double*>(field.value);
-    if (!(value >= field.info.min && value <= field.info.max))
-      throw Error("option " + field.name + " is out of its range");
-  }
-}
 
 }  // namespace
 

@@ -53,7 +53,7 @@ Site without_returns() {
 
 /// Every second scan somewhere else in the same room.
 Site wrong_poses() {
-  Site site = room(60);
+  Site site = room(24);
   for (std::size_t i = 0; i < site.scans.size(); i += 2)
     site.scans[i].estimate.T_map_robot = {0.7, -0.4, 0.35 * double(i)};
   return site;
