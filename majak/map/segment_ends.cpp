@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <numeric>
 
-#include "majak/map/spaced_scans.hpp"
+#include "majak/map/scan_choice.hpp"
 
 namespace majak::map {
 namespace {

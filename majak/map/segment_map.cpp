@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "majak/core/option_range.hpp"
-#include "majak/map/spaced_scans.hpp"
+#include "majak/map/scan_choice.hpp"
 
 namespace majak::map {
 namespace {

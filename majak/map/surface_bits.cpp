@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "majak/map/occupancy_grid.hpp"
+#include "majak/map/scan_choice.hpp"
 #include "majak/map/segment_gaps.hpp"
-#include "majak/map/spaced_scans.hpp"
 
 namespace majak::map {
 namespace {
