@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Maps to be localized on, as they lie about: the folder of a run, its site.majak, PGM or PNG with
-// a YAML beside it in the map_server convention, a bare picture and the size of its pixels, or walls
-// as GeoJSON, WKT, DXF or SVG.
+// a YAML beside it in the map_server convention, a bare picture and the size of its pixels, or
+// walls as GeoJSON, WKT, DXF or SVG.
 #pragma once
 
 #include <filesystem>

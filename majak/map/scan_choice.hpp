@@ -23,8 +23,8 @@ struct ScanChoice {
 /// finite or too far away to be counted in cells.
 std::vector<std::size_t> scans_to_draw(const Site& site, const ScanChoice& choice);
 
-/// Calls visit(posed) for each scan that is `spacing` (m) or `turn` (rad) away from the last one, as
-/// scans_to_draw() has it.
+/// Calls visit(posed) for each scan that is `spacing` (m) or `turn` (rad) away from the last one,
+/// as scans_to_draw() has it.
 template <class Visit>
 void for_spaced_scans(const Site& site, double spacing, double turn, const Visit& visit) {
   for (const std::size_t i : scans_to_draw(site, {.spacing = spacing, .turn = turn}))

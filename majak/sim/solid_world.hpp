@@ -11,8 +11,8 @@
 
 namespace majak::sim {
 
-/// A flat parallelogram: corner, corner + u, corner + u + v, corner + v. It is seen from both sides;
-/// in worlds that are made here its normal is on the side from which it can be.
+/// A flat parallelogram: corner, corner + u, corner + u + v, corner + v. It is seen from both
+/// sides; in worlds that are made here its normal is on the side from which it can be.
 struct Patch {
   std::string name;
   Vec3 corner, u, v;  ///< m
