@@ -157,7 +157,7 @@ Json to_json(const CalibrateOptions& o, const Found& all) {
 Found calibrate(const CalibrateOptions& o) {
   const int hardware = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   slam::GraphSlamOptions options;
-  options.drive.wheelbase = o.calibration.wheelbase;
+  options.chain.drive.wheelbase = o.calibration.wheelbase;
   slam::GraphSlam slam(options, {o.threads > 0 ? o.threads : hardware});
   motion::DriveLog drive;
   const auto source = io::open_log(o.log, o.source);
@@ -171,7 +171,7 @@ Found calibrate(const CalibrateOptions& o) {
   }
   progress.show("closing loops and refining", scans);
   try {
-    const Site site = slam.finish();
+    const Site site = slam.finish().site;
     Found found{motion::calibrate_log(drive, site, o.calibration), {}, site.scans[0].scan.time};
     found.slips = motion::find_slips(drive, site, found.drive, o.calibration.wheelbase);
     return found;

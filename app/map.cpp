@@ -32,8 +32,8 @@
 #include "majak/io/summary.hpp"
 #include "majak/io/tum.hpp"
 #include "majak/map/occupancy_grid.hpp"
+#include "majak/methods/mappers.hpp"
 #include "majak/motion/slip.hpp"
-#include "majak/slam/graph_slam.hpp"
 
 namespace majak::app {
 namespace {
@@ -49,10 +49,13 @@ constexpr const char* kHelp =
     "  majak map my.log --no-odometry           trusts the laser alone\n"
     "  majak map my.log --options office/options.toml   again with the options of a run\n"
     "  majak map my.log --without-loop 151-945  without a closure that the report lists\n"
+    "  majak map my.log --method particles      by another method\n"
     "  majak map /dev/ttyUSB0 -o hall           live from the laser, until Ctrl-C\n"
     "\n"
     "The folder holds report.html (open this first), map.png, map.pgm + map.yaml, trajectory.tum,\n"
-    "graph.g2o, summary.json, options.toml and site.majak, from which other commands start.\n";
+    "graph.g2o, summary.json, options.toml and site.majak, from which other commands start.\n"
+    "\n"
+    "Methods (the first is for maps that you need, the others are for comparing):\n";
 
 struct MapOptions {
   std::string log, output, options_file;
@@ -62,9 +65,17 @@ struct MapOptions {
   io::SourceOptions source;
   DeviceOptions device;
   std::string record;  // also keep what the device sends
-  slam::GraphSlamOptions slam;
+  std::string method = "graph-slam";
+  methods::MappingOptions mapping;
   map::OccupancyGridOptions grid;
 };
+
+std::string help() {
+  std::string text = kHelp;
+  for (const methods::MappingMethod& m : methods::mapping_methods())
+    text += fmt::format("  {:<16} {}\n", m.name, m.in_the_thesis);
+  return text;
+}
 
 class Stopwatch {
  public:
@@ -95,56 +106,56 @@ std::pair<std::size_t, std::size_t> scan_pair(const std::string& text) {
 
 void read_options(MapOptions& o) {
   OptionFields fields;
-  slam::describe(fields, o.slam);
+  methods::describe(fields, o.mapping);
   map::describe(fields, o.grid);
   if (!o.options_file.empty()) io::apply_options_file(fields, o.options_file);
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
-  if (o.no_odometry) o.slam.use_odometry = false;
-  if (o.no_loops) o.slam.close_loops = false;
+  if (o.no_odometry) o.mapping.graph_slam.chain.use_odometry = false;
+  if (o.no_loops) o.mapping.graph_slam.close_loops = false;
   for (const std::string& pair : o.without_loops)
-    o.slam.loops.switched_off.push_back(scan_pair(pair));
+    o.mapping.graph_slam.loops.switched_off.push_back(scan_pair(pair));
 }
 
 std::string effective_options(MapOptions& o) {
   OptionFields fields;
-  slam::describe(fields, o.slam);
+  methods::describe(fields, o.mapping);
   map::describe(fields, o.grid);
   return io::options_toml(fields);
 }
 
-Site finish(slam::GraphSlam& slam, const std::string& log) {
+slam::Mapping finish(const slam::Mapper& mapper, const std::string& log) {
   try {
-    return slam.finish();
+    return mapper.finish();
   } catch (const Error& e) {  // it does not know whose scans these are
     throw Error(fmt::format("{}: {}", log, e.what()));
   }
 }
 
-Site map_log(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
+slam::Mapping map_log(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
   Progress progress;
   Input source(o.log, o.source, o.device, o.record, progress);
-  slam::GraphSlam slam(o.slam, threads);
+  const slam::Mapper mapper = methods::mapping_method(o.method).make(o.mapping, threads);
   std::int64_t scans = 0;
   while (auto event = source.next()) {
     scans += std::holds_alternative<Scan>(*event);
-    slam.add(std::move(*event));
+    mapper.add(std::move(*event));
     if (!source.live()) progress.show("reading and matching", scans);
   }
   stopwatch.lap("read_and_match");
-  progress.show("closing loops and refining", scans);
+  progress.show("all scans together", scans);
   if (scans == 0)
     throw Error(fmt::format("{}: {}", o.log,
                             source.live()
                                 ? "no scan came; docs/SENSOR.md tells what to look at"
                                 : "no laser scans in this log; majak info tells what is in it"));
-  Site site = finish(slam, o.log);
-  for (const auto& [what, entry] : source.report().entries()) site.report.add(what, entry);
-  site.source_name = fs::path(o.log).filename().string();
+  slam::Mapping mapping = finish(mapper, o.log);
+  for (const auto& [what, entry] : source.report().entries()) mapping.site.report.add(what, entry);
+  mapping.site.source_name = fs::path(o.log).filename().string();
   stopwatch.lap("refine");
-  return site;
+  return mapping;
 }
 
-Site make_site(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
+slam::Mapping make_map(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
   try {
     return map_log(o, threads, stopwatch);
   } catch (const std::bad_alloc&) {
@@ -208,7 +219,8 @@ void run_map(MapOptions& o) {
   const int hardware = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   const Threads threads{o.threads > 0 ? o.threads : hardware};
   Stopwatch stopwatch;
-  Site site = make_site(o, threads, stopwatch);
+  slam::Mapping mapping = make_map(o, threads, stopwatch);
+  Site& site = mapping.site;
   site.options_toml = effective_options(o);
   auto slips = motion::find_slips(site);
   motion::sort_by_size(slips);
@@ -225,7 +237,7 @@ void run_map(MapOptions& o) {
 
 void add_map(CLI::App& app) {
   auto o = std::make_shared<MapOptions>();
-  CLI::App* command = app.add_subcommand("map", kHelp);
+  CLI::App* command = app.add_subcommand("map", help());
   command
       ->add_option("LOG", o->log, "a log or recording of any kind, or a live device's serial port")
       ->required();
@@ -234,6 +246,7 @@ void add_map(CLI::App& app) {
   command->add_option("--record", o->record, "device: keep what it sends in this file, too");
   command->add_option("-o,--output", o->output,
                       "folder for the results (default: the log's name + -map)");
+  command->add_option("--method", o->method, "one of those above (default: graph-slam)");
   command->add_flag("--no-odometry", o->no_odometry, "use the laser alone");
   command->add_flag("--no-loops", o->no_loops, "do not recognise places seen before");
   command->add_option("--without-loop", o->without_loops,

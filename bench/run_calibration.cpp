@@ -63,7 +63,7 @@ motion::Calibration calibrate(const sim::SimulationOptions& o, const std::string
   motion::LogCalibrationOptions told;
   (car ? told.wheelbase : told.track) = kTrackScale * (car ? o.robot.wheelbase : o.robot.track);
   slam::GraphSlamOptions options;
-  options.drive.wheelbase = told.wheelbase;
+  options.chain.drive.wheelbase = told.wheelbase;
   slam::GraphSlam slam(options, {1});
   motion::DriveLog log;
   for (Event& event : sim::simulate(world, sim::plan_tour(world, {.short_tour = true}), o)) {
@@ -72,7 +72,7 @@ motion::Calibration calibrate(const sim::SimulationOptions& o, const std::string
     log.add(event);
     slam.add(std::move(event));
   }
-  return motion::calibrate_log(log, slam.finish(), told).calibration;
+  return motion::calibrate_log(log, slam.finish().site, told).calibration;
 }
 
 std::array<double, kValues> true_values(const sim::SimulationOptions& o) {

@@ -37,12 +37,12 @@ Site map_run(const Case& c, int seed) {
   sim::SimulationOptions options;
   options.seed = seed;
   slam::GraphSlamOptions slam_options;
-  slam_options.use_odometry = c.odometry;
+  slam_options.chain.use_odometry = c.odometry;
   slam::GraphSlam slam(slam_options, {1});
   for (Event& event :
        sim::simulate(world, sim::plan_tour(world, {.short_tour = c.short_tour}), options))
     slam.add(std::move(event));
-  return slam.finish();
+  return slam.finish().site;
 }
 
 double mean(const std::vector<double>& v) {

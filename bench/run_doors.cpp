@@ -134,7 +134,7 @@ Outcome run(const Case& c, int seed) {
     if (const auto* t = std::get_if<Truth>(&*event)) truth.push_back(t->T_world_robot);
     slam.add(*event);
   }
-  Site site = slam.finish();
+  Site site = slam.finish().site;
   const Pose2 T_world_map = truth.front() * site.scans.front().estimate.T_map_robot.inverse();
   Outcome o;
   for (std::size_t i = 0; i < site.scans.size(); ++i) {

@@ -46,7 +46,7 @@ Halves read_halves(const std::string& log) {
 Site map_of(const std::vector<Event>& events) {
   slam::GraphSlam slam({}, {2});
   for (const Event& event : events) slam.add(event);
-  return slam.finish();
+  return slam.finish().site;
 }
 
 /// Dead reckoning over one half, measured.

@@ -54,7 +54,7 @@ Run parse(int argc, char** argv) {
 Site mapped(const sim::World& world, const sim::Path& path) {
   slam::GraphSlam slam({}, {.count = 2});
   for (const Event& event : sim::simulate(world, path, {})) slam.add(event);
-  return slam.finish();
+  return slam.finish().site;
 }
 
 /// Whole paths laid upon each other.

@@ -118,7 +118,7 @@ Figure figure_ring(const std::vector<Event>&) {
   const std::vector<Event> events =
       sim::simulate(world, sim::plan_tour(world, {.short_tour = true}), worn_robot());
   slam::GraphSlamOptions last_key_only;
-  last_key_only.front_end.local_map_keys = 1;
+  last_key_only.chain.front_end.local_map_keys = 1;
   const MappedDrive drive = map_drive(events, last_key_only);
   const MappedDrive local_map = map_drive(events, {});
   const std::size_t lap = lap_of(drive);

@@ -18,7 +18,7 @@ MappedDrive map_drive(const std::vector<Event>& events, const slam::GraphSlamOpt
     if (const auto* t = std::get_if<Truth>(&event)) truth[t->time] = t->T_world_robot;
     slam.add(event);
   }
-  MappedDrive drive{slam.finish(), {}, {}, {}, {}};
+  MappedDrive drive{slam.finish().site, {}, {}, {}, {}};
   for (const PosedScan& s : drive.site.scans) {
     drive.truth.push_back(truth.at(s.scan.time));
     drive.wheels.push_back(s.T_odom_robot.value_or(Pose2{}));

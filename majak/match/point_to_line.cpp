@@ -128,6 +128,17 @@ NormalEquations collect(const ScanPoints& points, const map::SurfelMap& map, con
 
 }  // namespace
 
+double share_on(const ScanPoints& points, const map::SurfelMap& map, const Pose2& T_map_robot,
+                double gate) {
+  if (points.size() == 0) return 0;
+  Pairs pairs;
+  pairs.resize(points.size());
+  transform(points, T_map_robot, pairs);
+  NormalEquations sum;
+  look_up(map, points.size(), static_cast<float>(gate * gate), 1, pairs, sum);
+  return sum.inliers / static_cast<double>(points.size());
+}
+
 int count_across(const ScanPoints& points, const map::SurfelMap& map, const Pose2& T_map_robot,
                  const Vec2& direction, double gate) {
   constexpr float kAcross = 0.6F;  // cosine of normal and direction

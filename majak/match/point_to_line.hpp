@@ -53,6 +53,10 @@ struct Match {
   bool converged = false;
 };
 
+/// Share of the points within `gate` m of a surface of the map; 0 of none.
+double share_on(const ScanPoints& points, const map::SurfelMap& map, const Pose2& T_map_robot,
+                double gate);
+
 /// How many points lie within `gate` m of a surface that stands across `direction` (unit, map
 /// frame): these tell how far a pose is along it.
 int count_across(const ScanPoints& points, const map::SurfelMap& map, const Pose2& T_map_robot,

@@ -4,12 +4,10 @@
 //
 //   slam::GraphSlam slam({}, {.count = 2});
 //   while (auto event = source->next()) slam.add(std::move(*event));
-//   Site site = slam.finish();
+//   Site site = slam.finish().site;
 #pragma once
 
 #include <cstddef>
-#include <deque>
-#include <functional>
 #include <optional>
 #include <vector>
 
@@ -17,25 +15,20 @@
 #include "majak/core/options.hpp"
 #include "majak/core/parallel.hpp"
 #include "majak/core/site.hpp"
-#include "majak/motion/drive_correction.hpp"
-#include "majak/motion/odometry_model.hpp"
-#include "majak/slam/front_end.hpp"
 #include "majak/slam/joint_refinement.hpp"
-#include "majak/slam/key_scan.hpp"
 #include "majak/slam/loop_closing.hpp"
+#include "majak/slam/mapper.hpp"
 #include "majak/slam/revisits.hpp"
+#include "majak/slam/scan_chain.hpp"
 
 namespace majak::slam {
 
 struct GraphSlamOptions {
-  bool use_odometry = true;  ///< false: the laser alone
-  bool close_loops = true;   ///< false: places seen again are not recognised
-  FrontEndOptions front_end;
+  ScanChainOptions chain;
+  bool close_loops = true;  ///< false: places seen again are not recognised
   LoopClosingOptions loops;
   RevisitOptions revisits;
   JointRefinementOptions refinement;
-  motion::OdometryModelOptions odometry;
-  motion::DriveCorrection drive;  ///< from a calibration; mends the log before anything else
 };
 
 void describe(OptionFields& fields, GraphSlamOptions& options);
@@ -50,27 +43,20 @@ class GraphSlam {
 
   /// Everything after the last event: the last loops, the joint refinement, a pose and a covariance
   /// for every scan. Throws Error when there was no scan to work with.
-  Site finish();
+  Mapping finish();
 
  private:
-  void process(std::size_t index);
+  std::optional<Estimate> take_scans();
   void place_scans(const std::vector<Mat3>& covariances);
-  Pose2 between_keys(std::size_t scan, double& passed) const;
   void place_scan(std::size_t scan, const std::vector<Mat3>& covariances, const map::SurfelMap& map,
                   const match::AlignOptions& align, match::BeamDirections& directions);
   void record_constraints();
 
   GraphSlamOptions options_;
   Threads threads_;
-  motion::CorrectedDrive drive_;
-  motion::OdometryModel odometry_;
-  FrontEnd front_end_;
+  ScanChain chain_;
   LoopCloser loop_closer_;
-  KeyScans keys_;
-  std::vector<std::size_t> key_of_;  ///< key scan that a scan hangs on
-  std::size_t processed_ = 0;
   JointRefinement refined_;
-  Site site_;
 };
 
 }  // namespace majak::slam

@@ -27,4 +27,9 @@ struct KeyScan {
 
 using KeyScans = std::vector<KeyScan>;
 
+/// Of one, with its points.
+inline std::size_t bytes(const KeyScan& key) {
+  return sizeof(key) + key.points.size() * (4 * sizeof(float) + 1);
+}
+
 }  // namespace majak::slam

@@ -39,14 +39,14 @@ std::vector<Event> events_of(const sim::SimulationOptions& o) {
 
 motion::Calibration calibrated(const std::vector<Event>& events, double wheelbase) {
   slam::GraphSlamOptions options;
-  options.drive.wheelbase = wheelbase;
+  options.chain.drive.wheelbase = wheelbase;
   slam::GraphSlam slam(options, {1});
   motion::DriveLog log;
   for (const Event& event : events) {
     log.add(event);
     slam.add(event);
   }
-  const Site site = slam.finish();
+  const Site site = slam.finish().site;
   EXPECT_TRUE(site.used_odometry);
   return motion::calibrate_log(log, site, {.wheelbase = wheelbase}).calibration;
 }

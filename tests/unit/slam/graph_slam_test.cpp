@@ -142,7 +142,7 @@ TEST(GraphSlam, WithoutLoopsTheFrontEndIsNotMadeWorse) {
     for (const char* world : {"building", "ring"}) {
       GraphSlamOptions options;
       options.close_loops = false;
-      options.use_odometry = wheels;
+      options.chain.use_odometry = wheels;
       const Site site = map_of(simulated_run(world), options);
       const double refined =
           shape_error_of(site, [](const PosedScan& s) { return s.estimate.T_map_robot; }).worst;
@@ -154,7 +154,7 @@ TEST(GraphSlam, WithoutLoopsTheFrontEndIsNotMadeWorse) {
 
 TEST(GraphSlam, TheLaserAloneIsEnough) {
   GraphSlamOptions options;
-  options.use_odometry = false;
+  options.chain.use_odometry = false;
   const Site site = map_of(building_run(), options);
   EXPECT_FALSE(site.used_odometry);
   EXPECT_LT(error_of(site).rms, 0.035);
@@ -174,7 +174,7 @@ TEST(GraphSlam, ALogWithoutOdometryIsTheSameAsOneWhoseOdometryIsNotUsed) {
     full.pop_back();
   while (std::get_if<Scan>(&bare.back()) == nullptr) bare.pop_back();
   GraphSlamOptions alone;
-  alone.use_odometry = false;
+  alone.chain.use_odometry = false;
   const Site without = map_of(bare), unused = map_of(full, alone);
   ASSERT_EQ(without.scans.size(), unused.scans.size());
   EXPECT_FALSE(without.used_odometry);
@@ -345,7 +345,7 @@ TEST(GraphSlam, ScansThatWaitForOdometryAreNotForgotten) {
   for (const Event& e : events)
     if (const auto estimate = slam.add(e)) newest = estimate->time;
   EXPECT_GT(newest, from_seconds(2.5));  // it does not wait for ever
-  const Site site = slam.finish();
+  const Site site = slam.finish().site;
   ASSERT_EQ(site.scans.size(), 40U);
   EXPECT_TRUE(site.scans[5].T_odom_robot.has_value());
   EXPECT_FALSE(site.scans[39].T_odom_robot.has_value());
@@ -424,16 +424,16 @@ TEST(GraphSlamOptions, WhatIsReadIsWhatWasWritten) {
   for (std::size_t i = 0; i < from.list.size(); ++i)
     std::visit([&](auto* v) { *v = *std::get<std::decay_t<decltype(v)>>(from.list[i].value); },
                to.list[i].value);
-  EXPECT_FALSE(read.use_odometry);
-  EXPECT_EQ(read.front_end.key_distance, written.front_end.key_distance);
+  EXPECT_FALSE(read.chain.use_odometry);
+  EXPECT_EQ(read.chain.front_end.key_distance, written.chain.front_end.key_distance);
   EXPECT_EQ(read.loops.near, 1.25 * LoopClosingOptions{}.near);
   EXPECT_EQ(read.refinement.rounds, JointRefinementOptions{}.rounds + 1);
 }
 
 TEST(GraphSlamOptions, TakeEffect) {
   GraphSlamOptions coarse;
-  coarse.front_end.key_distance = 0.6;
-  coarse.front_end.key_turn = 0.5;
+  coarse.chain.front_end.key_distance = 0.6;
+  coarse.chain.front_end.key_turn = 0.5;
   std::vector<Event> part(building_run().begin(), building_run().begin() + 1000);
   const auto keys = [](const Site& site) {
     return std::count_if(site.scans.begin(), site.scans.end(),

@@ -41,7 +41,7 @@ inline Site map_of(const std::vector<Event>& events, const GraphSlamOptions& opt
                    int threads = 1) {
   GraphSlam slam(options, {threads});
   for (const Event& event : events) slam.add(event);
-  return slam.finish();
+  return slam.finish().site;
 }
 
 /// Position errors in m when the first poses are laid upon each other.

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/methods/mappers.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <string>
+
+#include "majak/core/error.hpp"
+
+namespace majak::methods {
+namespace {
+
+const MappingMethod kMethods[] = {
+    {"graph-slam", "simultaneous localization and mapping, p. 34; a pose graph as of today",
+     "scans; odometry helps", "poses with covariance, loops closed, map",
+     [](const MappingOptions& o, Threads threads) {
+       return slam::mapper_of<slam::GraphSlam>(o.graph_slam, threads);
+     }},
+    {"incremental-ml", "incremental maximum likelihood, p. 36", "scans; odometry helps",
+     "poses without covariance, map; no loop is closed",
+     [](const MappingOptions& o, Threads threads) {
+       return slam::mapper_of<slam::IncrementalMl>(o.graph_slam.chain, o.incremental_ml, threads);
+     }},
+};
+
+}  // namespace
+
+void describe(OptionFields& fields, MappingOptions& o) {
+  slam::describe(fields, o.graph_slam);
+  slam::describe(fields, o.incremental_ml);
+}
+
+std::span<const MappingMethod> mapping_methods() { return kMethods; }
+
+const MappingMethod& mapping_method(std::string_view name) {
+  const auto found = std::find_if(std::begin(kMethods), std::end(kMethods),
+                                  [&](const MappingMethod& m) { return m.name == name; });
+  if (found != std::end(kMethods)) return *found;
+  std::string names;
+  for (const MappingMethod& m : kMethods) names += std::string(names.empty() ? "" : ", ") + m.name;
+  throw Error("no method " + std::string(name) + " makes a map; there are: " + names);
+}
+
+}  // namespace majak::methods
