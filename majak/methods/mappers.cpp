@@ -16,6 +16,11 @@ const MappingMethod kMethods[] = {
      [](const MappingOptions& o, Threads threads) {
        return slam::mapper_of<slam::GraphSlam>(o.graph_slam, threads);
      }},
+    {"ekf-slam", "Kalman filter, p. 35", "scans that show corners, trunks or poles; odometry",
+     "poses with covariance as known at each time, landmarks",
+     [](const MappingOptions& o, Threads threads) {
+       return slam::mapper_of<slam::EkfMapper>(o.graph_slam.chain, o.ekf_slam, threads);
+     }},
     {"incremental-ml", "incremental maximum likelihood, p. 36", "scans; odometry helps",
      "poses without covariance, map; no loop is closed",
      [](const MappingOptions& o, Threads threads) {
@@ -27,6 +32,7 @@ const MappingMethod kMethods[] = {
 
 void describe(OptionFields& fields, MappingOptions& o) {
   slam::describe(fields, o.graph_slam);
+  slam::describe(fields, o.ekf_slam);
   slam::describe(fields, o.incremental_ml);
 }
 

@@ -8,6 +8,7 @@
 
 #include "majak/core/options.hpp"
 #include "majak/core/parallel.hpp"
+#include "majak/slam/ekf_mapper.hpp"
 #include "majak/slam/graph_slam.hpp"
 #include "majak/slam/incremental_ml.hpp"
 #include "majak/slam/mapper.hpp"
@@ -19,6 +20,7 @@ namespace majak::methods {
 struct MappingOptions {
   slam::GraphSlamOptions graph_slam;
   slam::IncrementalMlOptions incremental_ml;
+  slam::EkfSlamOptions ekf_slam = slam::ekf_for_rooms();
 };
 void describe(OptionFields& fields, MappingOptions& options);
 

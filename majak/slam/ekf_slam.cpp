@@ -248,7 +248,7 @@ LandmarkMap EkfSlam::finish() {
     MappedLandmark m;
     m.p_map = known.gone ? known.p_map : filter_.landmark(static_cast<int>(i));
     m.covariance = known.gone ? known.covariance : covariance_of(static_cast<int>(i));
-    m.diameter = known.diameter;
+    m.diameter = std::max(0.0, known.diameter);
     m.sightings = known.sightings;
     m.gone = known.gone;
     number[i] = static_cast<int>(map.landmarks.size());

@@ -18,6 +18,7 @@
 #include "majak/filter/landmark_filter.hpp"
 #include "majak/localize/gps_pieces.hpp"
 #include "majak/localize/localizer.hpp"
+#include "majak/slam/corners.hpp"
 #include "majak/slam/joint_compatibility.hpp"
 #include "majak/slam/motion_input.hpp"
 
@@ -35,6 +36,8 @@ struct EkfSlamOptions {
   double steering_square_sigma = 0.1;  ///< 1/rad
 
   beacon::TrunkOptions trunks;
+  bool see_corners = false;  ///< of walls, too
+  CornerOptions corners;
   double mirror_turn = 1.0 / 75;  ///< s, see match::beam_time; 0: the robot stands still in a scan
   double point_sigma = 0.03;      ///< m, by which a landmark is not the same from scan to scan
   double alike_sigma = 0.1;       ///< m, by which all its sightings err alike ...
@@ -83,7 +86,7 @@ struct MappedLandmark {
   Vec2 p_map = Vec2::Zero();
   /// m^2, map axes; of one that is gone as it was known then.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-  double diameter = 0;  ///< m
+  double diameter = 0;  ///< m; 0 of a corner
   int sightings = 0;
   bool gone = false;  ///< was looked through later
 };
@@ -128,6 +131,7 @@ class EkfSlam {
   // Among the extra numbers, after those of MotionInput: the antenna, and how the satellites err
   // now.
   static constexpr int kAntenna = MotionInput::kNumbers, kSlow = kAntenna + 2;
+  static constexpr double kCorner = -2;           ///< m, instead of a diameter
   static constexpr int kNew = -1, kDoubted = -2;  ///< choices that are no pairing
 
   /// A sighting; `noise` is that of its bark.
@@ -197,6 +201,7 @@ class EkfSlam {
 
   // ekf_slam_matching.cpp
   std::vector<Seen> look(const Scan& scan) const;
+  void look_for_corners(const Scan& scan, std::vector<Seen>& seen) const;
   static Centre centre(const Seen& seen, double diameter, double variance);
   Centre centre(const Seen& seen, int id) const;
   void remember(const Seen& seen, int id);

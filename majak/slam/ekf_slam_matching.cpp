@@ -38,7 +38,15 @@ std::vector<EkfSlam::Seen> EkfSlam::look(const Scan& scan) const {
     seen.push_back(
         {q, s.depth * turn.col(0), noise, s.diameter, s.diameter_sigma * s.diameter_sigma});
   }
+  if (options_.see_corners) look_for_corners(scan, seen);
   return seen;
+}
+
+// A corner has no diameter; one that no trunk has keeps the two kinds apart.
+void EkfSlam::look_for_corners(const Scan& scan, std::vector<Seen>& seen) const {
+  const Eigen::Matrix2d unsure = std::pow(options_.point_sigma, 2) * Eigen::Matrix2d::Identity();
+  for (const Corner& corner : find_corners(scan, options_.corners))
+    seen.push_back({corner.p_robot, Vec2::Zero(), corner.covariance + unsure, kCorner, 1e-6});
 }
 
 // The bark is what was seen; how far behind it the centre is, the diameter says.

@@ -5,6 +5,9 @@ namespace majak::slam {
 
 void describe(OptionFields& f, EkfSlamOptions& o) {
   describe(f, o.trunks);
+  f.add("ekf_slam.see_corners", o.see_corners, {"", "corners of walls are landmarks, too"});
+  f.add("corners.wall_sigma", o.corners.wall_sigma,
+        {"m", "by which a wall is no straight line", 0, 1});
   describe(f, o.association);
   f.add("ekf_slam.way_noise", o.wheels.way_noise, {"m/sqrt(m)", "wheels, along the way", 0, 10});
   f.add("ekf_slam.side_noise", o.wheels.side_noise, {"m/sqrt(m)", "wheels, across the way", 0, 10});

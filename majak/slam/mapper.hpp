@@ -33,6 +33,7 @@ struct Mapping {
   /// Of methods that climb a likelihood: its logarithm, iteration by iteration; a new series where
   /// the model itself changes (a finer map), since those cannot be compared.
   std::vector<std::vector<double>> log_likelihoods;
+  std::size_t landmarks = 0;     ///< of methods that map these
   std::size_t belief_bytes = 0;  ///< at most, of what the method keeps beside the scans
 };
 

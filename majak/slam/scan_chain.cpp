@@ -56,10 +56,10 @@ std::optional<ScanChain::Step> ScanChain::next() {
   FrontEndStep step = front_end_.add(posed.scan, motion);
   const bool weak = index > 0 && (step.broken || step.match.score < options_.front_end.weak_score);
   posed.T_map_robot_front_end = step.T_map_robot;
-  if (index > 0)
-    odometry_.observe(index,
-                      between(site_.scans[index - 1].T_map_robot_front_end, step.T_map_robot),
-                      !weak && !step.searched);
+  const Pose2 seen = index == 0
+                         ? Pose2{}
+                         : between(site_.scans[index - 1].T_map_robot_front_end, step.T_map_robot);
+  if (index > 0) odometry_.observe(index, seen, !weak && !step.searched);
   posed.key = step.key;
   if (step.key) {
     KeyScan key = key_scan(std::move(step), index, posed.scan.T_robot_laser, weak);
@@ -67,7 +67,7 @@ std::optional<ScanChain::Step> ScanChain::next() {
     keys_.push_back(std::move(key));
   }
   key_of_[index] = keys_.empty() ? 0 : keys_.size() - 1;
-  return Step{index, posed.key};
+  return Step{index, motion && index > 0 ? motion->T_previous_robot : seen, posed.key};
 }
 
 // The newest key scan's correction carries over to what follows it.

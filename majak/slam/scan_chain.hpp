@@ -45,6 +45,8 @@ class ScanChain {
 
   struct Step {
     std::size_t scan = 0;
+    /// Motion since the scan before: by the wheels, or where these say nothing by the front end.
+    Pose2 T_previous_robot;
     bool key = false;  ///< it became the newest of keys(), where the correction of the one before
                        ///< puts it
   };

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Corners in a scan: where two walls meet. Landmarks for rooms, as trunks are for parks.
+#pragma once
+
+#include <vector>
+
+#include "majak/core/event.hpp"
+#include "majak/core/options.hpp"
+#include "majak/map/segments.hpp"
+
+namespace majak::slam {
+
+struct CornerOptions {
+  map::SegmentOptions segments{.max_range = 15, .min_length = 0.4, .min_points = 8};
+  double wall_sigma = 0.02;  ///< m, by which a wall is no straight line
+};
+
+/// Of the robot's frame, with its covariance (m^2): two lines that are known as well as their
+/// returns make them, and not better than wall_sigma.
+struct Corner {
+  Vec2 p_robot = Vec2::Zero();
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+};
+
+/// Those of a scan, counter-clockwise.
+std::vector<Corner> find_corners(const Scan& scan, const CornerOptions& options = {});
+
+}  // namespace majak::slam
