@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/compare_mapping.hpp"
 #include "app/input.hpp"
 #include "app/known_place.hpp"
 #include "app/log_options.hpp"
@@ -32,11 +33,18 @@ namespace fs = std::filesystem;
 constexpr double kInFrame = 0.5;  // share of returns on the map from which on truth is believed
 
 constexpr const char* kHelp =
-    "All methods that localize on a known map, side by side, on one log: error, time, memory, "
-    "health,\n"
-    "and how soon they know that they were carried away.\n"
+    "Methods side by side. Without --map those that make a map: table 2 of the thesis, each word "
+    "with a\n"
+    "measurement. With --map those that localize on it: error, time, memory, health, and how soon "
+    "they\n"
+    "know that they were carried away.\n"
     "\n"
     "Examples:\n"
+    "  majak compare                                 in simulated places with truth; open "
+    "compare/table2.html\n"
+    "  majak compare my.log                          variations of a log; also --truth, "
+    "--relations\n"
+    "  majak compare --methods hybrid --only ring    one method, one group of runs\n"
     "  majak compare my.log --map hall              hall: a run of this very log; its poses are "
     "the "
     "truth\n"
@@ -46,7 +54,13 @@ constexpr const char* kHelp =
     "  majak compare my.log --map hall.yaml --start \"2.5,1,90\"     for those that must be told "
     "where\n"
     "\n"
-    "Writes compare.csv, compare.png and .svg, options.toml. Without --truth, the poses of a run "
+    "Without --map: writes table2.html, table2.md, table2.json, options.toml. Groups of runs: "
+    "seeds,\n"
+    "wheels, no-wheels, straight, ring, nested, stray, crowd, size; of a log those that it can be "
+    "made to.\n"
+    "\n"
+    "With --map: writes compare.csv, compare.png and .svg, options.toml. Without --truth, the "
+    "poses of a run "
     "of "
     "the\n"
     "same log are the truth, else what the log itself tells; none: columns of errors stay empty.\n"
@@ -56,7 +70,7 @@ constexpr const char* kHelp =
     "nothing had been. An update is a scan after 0.2 m or 0.2 rad; right is within 0.5 m and 10 "
     "degrees.\n"
     "\n"
-    "Methods (all is those on a map, and dead-reckoning as the floor):\n";
+    "Methods with --map (all is those on a map, and dead-reckoning as the floor):\n";
 
 struct CompareCommand {
   std::string log, output, map, truth, start, options_file, methods = "all";
@@ -64,6 +78,7 @@ struct CompareCommand {
   double map_resolution = 0;  // m a pixel, of a bare picture
   io::SourceOptions source;
   methods::LocalizeOptions options;
+  MappingCompareCommand mapping;
 };
 
 /// The log and all that is known of where the robot was.
@@ -79,7 +94,7 @@ std::string help() {
   for (const methods::Method& m : methods::methods())
     if (m.on_map || std::string_view(m.name) == "dead-reckoning")
       text += fmt::format("  {:<16} {}\n", m.name, m.in_the_thesis);
-  return text;
+  return text + "Methods without --map:\n" + mapping_methods_help();
 }
 
 std::vector<std::string> chosen_methods(const std::string& list) {
@@ -239,6 +254,13 @@ void write_results(CompareCommand& o, const Inputs& in, const eval::Comparison& 
 }
 
 void run_compare(CompareCommand& o) {
+  if (o.map.empty()) {
+    MappingCompareCommand& m = o.mapping;
+    m.log = o.log, m.output = o.output, m.truth = o.truth, m.methods = o.methods;
+    m.options_file = o.options_file, m.set = o.set, m.source = o.source;
+    return run_compare_mapping(m);
+  }
+  if (o.log.empty()) throw Error("compare --map MAP: name a log, too");
   if (o.output.empty()) o.output = results_folder(o.log, "-compare");
   auto names = chosen_methods(o.methods);
   Progress progress;
@@ -258,16 +280,24 @@ void run_compare(CompareCommand& o) {
 void add_compare(CLI::App& app) {
   auto o = std::make_shared<CompareCommand>();
   CLI::App* command = app.add_subcommand("compare", help());
-  command->add_option("LOG", o->log, "a log or recording of any kind")->required();
-  command
-      ->add_option("--map", o->map,
-                   "a known map: folder of a run, site.majak, YAML with PGM or PNG, picture")
-      ->required();
+  command->add_option("LOG", o->log, "a log or recording of any kind");
+  command->add_option("--map", o->map,
+                      "a known map: folder of a run, site.majak, YAML with PGM or PNG, picture");
   command->add_option("--map-resolution", o->map_resolution, "m a pixel, of a bare picture");
   command->add_option("--methods", o->methods, "all, or some of those above: a,b,c");
   command->add_option("--truth", o->truth, "where the robot was: TUM lines in the map's frame");
   command->add_option("--start", o->start,
                       "first pose: x,y in m and degrees (default: the truth's first)");
+  command->add_option("--relations", o->mapping.relations, "relations to measure maps by");
+  command->add_option("--only", o->mapping.only, "groups of runs: a,b,c (default: all)")
+      ->delimiter(',');
+  command
+      ->add_option("--seeds", o->mapping.seeds, "runs of the usual drive (default: 20; of a log 5)")
+      ->check(CLI::Range(1, 1000));
+  command
+      ->add_option("--threads", o->mapping.threads,
+                   "threads to use (default: all); the results do not depend on it")
+      ->check(CLI::Range(1, 1024));
   add_log_options(*command, o->source);
   command->add_option("-o,--output", o->output,
                       "folder for the results (default: the log's name + -compare)");

@@ -15,6 +15,7 @@
 #include <thread>
 #include <vector>
 
+#include "app/compare_mapping.hpp"
 #include "app/input.hpp"
 #include "app/live.hpp"
 #include "app/log_options.hpp"
@@ -70,12 +71,7 @@ struct MapOptions {
   map::OccupancyGridOptions grid;
 };
 
-std::string help() {
-  std::string text = kHelp;
-  for (const methods::MappingMethod& m : methods::mapping_methods())
-    text += fmt::format("  {:<16} {}\n", m.name, m.in_the_thesis);
-  return text;
-}
+std::string help() { return kHelp + mapping_methods_help(); }
 
 class Stopwatch {
  public:

@@ -43,6 +43,10 @@ void Progress::show(const char* stage, std::int64_t count) {
   if (due()) print(fmt::format("{}: {} scans", stage, count));
 }
 
+void Progress::show(const char* stage, std::size_t done, std::size_t all) {
+  if (due()) print(fmt::format("{}: {} of {}", stage, done, all));
+}
+
 void Progress::show(const io::LiveStatus& status) {
   if (!due()) return;
   std::string what = status.activity;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -23,6 +24,8 @@ class Progress {
 
   /// Shows "stage: count", at most ten times a second and not within the first second.
   void show(const char* stage, std::int64_t count);
+  /// "stage: done of all".
+  void show(const char* stage, std::size_t done, std::size_t all);
   /// The same of a device.
   void show(const io::LiveStatus& status);
   /// Wipes the line.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Corners in a scan: where two walls meet. Landmarks for rooms, as trunks are for parks.
+// Corners in a scan: where two walls meet, or where one ends and what is behind it shows. Landmarks
+// for rooms, as trunks are for parks.
 #pragma once
 
 #include <vector>
@@ -11,12 +12,13 @@
 namespace majak::slam {
 
 struct CornerOptions {
-  map::SegmentOptions segments{.max_range = 15, .min_length = 0.4, .min_points = 8};
+  map::SegmentOptions segments{.max_range = 15, .min_length = 0.4};
   double wall_sigma = 0.02;  ///< m, by which a wall is no straight line
+  double behind = 0.4;       ///< m, that a beam beside a wall's end goes farther
 };
 
-/// Of the robot's frame, with its covariance (m^2): two lines that are known as well as their
-/// returns make them, and not better than wall_sigma.
+/// In the robot's frame, with its covariance (m^2): walls are known as well as their returns make
+/// them, and not better than wall_sigma; an end lies anywhere between two beams.
 struct Corner {
   Vec2 p_robot = Vec2::Zero();
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();

@@ -8,10 +8,13 @@ namespace majak::slam {
 EkfSlamOptions ekf_for_rooms() {
   EkfSlamOptions options;
   options.see_corners = true;
-  options.near = 25;
-  options.look_around = 8;
   options.use_gps = false;
-  options.gone = 1000;  // corners are looked past from many sides
+  options.near = 25, options.look_around = 8;
+  options.wheels.turn_noise = 0.03;  // of two driven wheels, not of a car
+  options.alike_sigma = 0.06;
+  options.least_apart = 0.5;
+  options.confirmed = 2, options.stands = 0.3;  // key scans are few
+  options.gone = 1000;                          // corners are looked past from many sides
   return options;
 }
 
