@@ -151,6 +151,29 @@ ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool 
   return points;
 }
 
+ScanPoints without_lone_things(const ScanPoints& points, double size, double depth) {
+  const std::size_t n = points.size();
+  const auto at = [&](std::size_t i) { return Vec2(points.x[i], points.y[i]); };
+  const auto range = [&](std::size_t i) { return (at(i) - points.laser).norm(); };
+  const auto farther = [&](std::size_t i, double than) { return range(i) > than + depth; };
+  ScanPoints kept;
+  kept.laser = points.laser;
+  for (std::size_t first = 0, end = 0; first < n; first = end) {
+    for (end = first + 1; end < n && (at(end) - at(end - 1)).norm() < depth;) ++end;
+    const bool small = (at(end - 1) - at(first)).norm() < size;
+    if (small && (first == 0 || farther(first - 1, range(first))) &&
+        (end == n || farther(end, range(end - 1))))
+      continue;
+    for (std::size_t i = first; i < end; ++i) {
+      kept.x.push_back(points.x[i]), kept.y.push_back(points.y[i]);
+      if (points.nx.empty()) continue;
+      kept.nx.push_back(points.nx[i]), kept.ny.push_back(points.ny[i]);
+      kept.target.push_back(points.target[i]);
+    }
+  }
+  return kept;
+}
+
 void add_to(map::SurfelMap& map, const ScanPoints& points, const Pose2& T_map_robot) {
   const auto c = static_cast<float>(std::cos(T_map_robot.theta)),
              s = static_cast<float>(std::sin(T_map_robot.theta));

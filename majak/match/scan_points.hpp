@@ -55,6 +55,10 @@ ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool 
                        BeamDirections& directions);
 ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool with_normals);
 
+/// What stands alone before its background, up to `size` m wide (a person, a post, a chair's leg),
+/// left out: such things may walk. `depth`: m, by which all beside it must be farther off.
+ScanPoints without_lone_things(const ScanPoints& points, double size = 1.0, double depth = 0.3);
+
 /// Merges points with normals into `map`, seen from T_map_robot.
 void add_to(map::SurfelMap& map, const ScanPoints& points, const Pose2& T_map_robot);
 

@@ -15,7 +15,13 @@ namespace {
 constexpr double kHabit = 4.0;
 
 constexpr double kAgainst = 4.0;      // sigmas off the wheels, and at least
-constexpr std::pair kSlip{0.3, 0.4};  // m, rad: what wheels slip between two scans
+constexpr std::pair kSlip{0.3, 0.4};  // m, rad: what wheels slip between two scans; half of it
+                                      // is doubted where things may walk
+
+constexpr double kDoubt = 2.0;  // sigmas off the wheels from which on a match is doubted
+
+constexpr double kCrowd = 0.1;        // share of the returns that is of things that may walk
+constexpr int kCrowdedWitnesses = 3;  // times as many
 
 constexpr int kSlideGain = 3;         // returns more that must fit
 constexpr double kSlideShare = 0.33;  // of the returns left over, that must fit then
@@ -76,10 +82,17 @@ void FrontEnd::follow(const match::ScanPoints& points, const MotionPrior& prior,
                       FrontEndStep& step) {
   const Pose2 predicted = pose_ * prior.T_previous_robot;
   step.match = track(points, prior);
+  const bool doubted = !prior.habit && doubt(prior, step.match);
+  const match::ScanPoints rest = doubted ? match::without_lone_things(points) : match::ScanPoints{};
+  const bool walk = doubted && things_walk(rest, prior, step.match);
   step.searched = step.match.score < options_.trusted_score;
   if (step.searched) {
-    const match::Match found = recover(points, step.match, prior, gap);
-    step.held = !gap && against_wheels(prior, found.T_map_robot) && !told_before(prior, found);
+    const match::Match found = recover(walk ? rest : points, step.match, prior, gap);
+    const bool crowded = doubted && static_cast<double>(points.size() - rest.size()) >
+                                        kCrowd * static_cast<double>(points.size());
+    const int witnesses = (crowded ? kCrowdedWitnesses : 1) * options_.witnesses;
+    step.held =
+        !gap && against_wheels(prior, found.T_map_robot, crowded) && told(prior, found) < witnesses;
     if (!step.held) step.match = found;
   }
   if (!step.held) told_ = 0;
@@ -96,6 +109,23 @@ void FrontEnd::follow(const match::ScanPoints& points, const MotionPrior& prior,
     step.match.T_map_robot = prior.habit ? pose_ : predicted;
 }
 
+bool FrontEnd::doubt(const MotionPrior& motion, const match::Match& match) const {
+  const Pose2 off = between(pose_ * motion.T_previous_robot, match.T_map_robot);
+  return match.score < options_.trusted_score ||
+         off.translation().norm() > kDoubt * motion.sigma_translation;
+}
+
+// People who walk along with the robot would take it with them where walls tell little, and hide
+// walls. So where the wheels and all of the scan disagree, what does not stand alone decides.
+bool FrontEnd::things_walk(const match::ScanPoints& rest, const MotionPrior& motion,
+                           match::Match& match) {
+  if (rest.size() < 10) return false;
+  const match::Match without = track(rest, motion);
+  if (without.score < match.score && doubt(motion, without)) return false;
+  match = without;
+  return true;
+}
+
 // In a direction in which the laser knows less than the wheels, a better fit tells nothing: along
 // an empty corridor a scan fits best where the map's returns lie closest.
 bool FrontEnd::slides_off(const MotionPrior& motion, const match::Match& found) const {
@@ -109,21 +139,24 @@ bool FrontEnd::slides_off(const MotionPrior& motion, const match::Match& found) 
          std::abs(axes.eigenvectors().col(0).dot(off)) > kAgainst * sigma;
 }
 
-bool FrontEnd::against_wheels(const MotionPrior& motion, const Pose2& T_map_robot) const {
+bool FrontEnd::against_wheels(const MotionPrior& motion, const Pose2& T_map_robot,
+                              bool crowded) const {
   if (motion.habit) return false;
+  const double share = crowded ? 0.5 : 1;
   const Pose2 off = between(pose_ * motion.T_previous_robot, T_map_robot);
-  return off.translation().norm() > std::max(kAgainst * motion.sigma_translation, kSlip.first) ||
-         std::abs(off.theta) > std::max(kAgainst * motion.sigma_rotation, kSlip.second);
+  return off.translation().norm() >
+             std::max(kAgainst * motion.sigma_translation, share * kSlip.first) ||
+         std::abs(off.theta) > std::max(kAgainst * motion.sigma_rotation, share * kSlip.second);
 }
 
 // A person before the laser makes another place look alike for a scan or two; that the wheels slip
 // or someone carries the robot goes on being seen. So the next scans must tell the same.
-bool FrontEnd::told_before(const MotionPrior& motion, const match::Match& found) {
+int FrontEnd::told(const MotionPrior& motion, const match::Match& found) {
   const Pose2 off = between(rumour_ * motion.T_previous_robot, found.T_map_robot);
   const bool same = told_ > 0 && off.translation().norm() < 0.15 && std::abs(off.theta) < 0.15;
   told_ = same ? told_ + 1 : 1;
   rumour_ = found.T_map_robot;
-  return told_ >= options_.witnesses;
+  return told_;
 }
 
 MotionPrior FrontEnd::habit(Time now) const {

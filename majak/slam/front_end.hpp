@@ -71,9 +71,11 @@ class FrontEnd {
                        const MotionPrior& motion, bool gap);
   void follow(const match::ScanPoints& points, const MotionPrior& prior, bool gap,
               FrontEndStep& step);
+  bool doubt(const MotionPrior& motion, const match::Match& match) const;
+  bool things_walk(const match::ScanPoints& rest, const MotionPrior& motion, match::Match& match);
   bool slides_off(const MotionPrior& motion, const match::Match& found) const;
-  bool against_wheels(const MotionPrior& motion, const Pose2& T_map_robot) const;
-  bool told_before(const MotionPrior& motion, const match::Match& found);
+  bool against_wheels(const MotionPrior& motion, const Pose2& T_map_robot, bool crowded) const;
+  int told(const MotionPrior& motion, const match::Match& found);
   void begin_again();
   void insert(const match::ScanPoints& points, const Pose2& pose);
 

@@ -345,5 +345,48 @@ TEST(Deskew, MovesEachBeamByWhereTheRobotWasThen) {
   }
 }
 
+TEST(WithoutLoneThings, LeavesOutAPersonAndNothingElse) {
+  // 180 beams, a degree apart, in a room of 10 x 6 m: walls as rows of x(angle), a person before
+  // one.
+  Scan scan;
+  scan.start_angle = -kPi / 2, scan.angle_step = radians(1);
+  for (int i = 0; i < 181; ++i) {
+    const double a = scan.angle(static_cast<std::size_t>(i));
+    const double wall = std::min(std::cos(a) > 1e-6 ? 5 / std::cos(a) : 1e9,
+                                 std::abs(std::sin(a)) > 1e-6 ? 3 / std::abs(std::sin(a)) : 1e9);
+    scan.ranges.push_back(static_cast<float>(i >= 95 && i < 103 ? 2.0 : wall));
+  }
+  for (const bool normals : {false, true}) {
+    const ScanPoints all = scan_points(scan, {}, normals), rest = without_lone_things(all);
+    ASSERT_EQ(rest.size() + 8, all.size());
+    EXPECT_EQ(rest.nx.size(), normals ? rest.size() : 0);
+    for (std::size_t i = 0; i < rest.size(); ++i) {
+      const std::size_t from = i < 95 ? i : i + 8;
+      EXPECT_EQ(rest.x[i], all.x[from]);
+      EXPECT_EQ(rest.y[i], all.y[from]);
+      if (normals) {
+        EXPECT_EQ(rest.nx[i], all.nx[from]);
+        EXPECT_EQ(rest.ny[i], all.ny[from]);
+        EXPECT_EQ(rest.target[i], all.target[from]);
+      }
+    }
+  }
+}
+
+TEST(WithoutLoneThings, WhatReachesAWallOrIsWideStays) {
+  Scan scan;
+  scan.start_angle = -0.5, scan.angle_step = 0.01;
+  for (int i = 0; i < 100; ++i) {
+    const bool wide = i >= 20 && i < 80;  // 1.2 m at 2 m
+    scan.ranges.push_back(wide ? 2.0F : 6.0F);
+  }
+  const ScanPoints all = scan_points(scan, {}, false);
+  EXPECT_EQ(without_lone_things(all).size(), all.size());
+  EXPECT_EQ(without_lone_things(all, 1.5).size() + 60, all.size());
+  for (std::size_t i = 80; i < 100; ++i) scan.ranges[i] = 2.2F;  // a wall beside it
+  EXPECT_EQ(without_lone_things(scan_points(scan, {}, false), 1.5).size(), 100U);
+  EXPECT_EQ(without_lone_things(ScanPoints{}).size(), 0U);
+}
+
 }  // namespace
 }  // namespace majak::match

@@ -110,6 +110,14 @@ TEST(GraphSlam, SameBytesForAnyNumberOfThreads) {
   EXPECT_EQ(numbers(map_of(building_run(), {}, 8)), one);
 }
 
+TEST(GraphSlam, PeopleWhoWalkAlongDoNotTakeItWithThem) {
+  for (const int seed : {2, 3, 4}) {
+    sim::SimulationOptions options;
+    options.seed = seed, options.people = 4;
+    EXPECT_LT(error_of(map_of(simulated_run("building", 0, options))).rms, 0.03) << seed;
+  }
+}
+
 TEST(GraphSlam, WithoutLoopsThereAreNone) {
   GraphSlamOptions options;
   options.close_loops = false;
