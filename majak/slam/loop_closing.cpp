@@ -15,7 +15,8 @@ namespace {
 constexpr std::size_t kCachedSubmaps = 24;
 constexpr std::size_t kSubmapPoints = 300;
 constexpr double kHeldShare =
-    0.01;                          // information in the weak direction over that in the strong one
+    0.01;                        // information in the weak direction over that in the strong one
+constexpr double kNearer = 0.2;  // overlap that a place far from where the way ends must have more
 constexpr double kShortCut = 1.0;  // m, of way that a closure counts for
 
 map::SurfelMapOptions submap_map_options() {
@@ -238,7 +239,7 @@ bool LoopCloser::confirmed(const Closure& closure) const {
 bool LoopCloser::try_close(const KeyScans& keys, std::size_t query, std::size_t target, double way,
                            bool search, Closure& closure) {
   const auto to = submap(keys, query), from = submap(keys, target);
-  Pose2 guess = between(anchors_[target], anchors_[query]);
+  const Pose2 guess = between(anchors_[target], anchors_[query]);
   double sigma = 0.05 + options_.drift_translation * way;
   double turn = options_.drift_rotation * std::sqrt(way);
   closure.searched = search || sigma > 0.35;
@@ -255,26 +256,35 @@ bool LoopCloser::try_close(const KeyScans& keys, std::size_t query, std::size_t 
                                      std::min(rotation, kPi)};
     const auto found =
         match::search(to->points, *from->pyramid, guess, window, options_.search_score);
-    if (!found) return false;
-    guess = found->T_map_robot;
+    // Walls that repeat fit in many places; where the way says the robot is, fewer returns may do.
+    Closure here = closure;
+    const bool fits_here = fits(*from, *to, guess, here);
+    const bool fits_there = found && fits(*from, *to, found->T_map_robot, closure);
+    if (fits_here && (!fits_there || here.overlap + kNearer > closure.overlap)) closure = here;
+    return fits_here || fits_there;
   }
+  return fits(*from, *to, guess, closure);
+}
+
+bool LoopCloser::fits(const Submap& from, const Submap& to, const Pose2& guess,
+                      Closure& closure) const {
   match::AlignOptions align;
   align.gate = 0.4;
   align.final_gate = 0.20;
   align.max_iterations = 20;
-  const match::Match m = match::align(to->points, from->map, {guess, Mat3::Zero()}, align);
+  const match::Match m = match::align(to.points, from.map, {guess, Mat3::Zero()}, align);
   if (!m.converged || m.score < 0.2) return false;
   // One empty corridor looks like another: found by searching, it has to fix the place all round.
   if (closure.searched && !holds_all_round(m.information)) return false;
 
   Comparison comparison;
-  comparison.add(to->points, m.T_map_robot, from->views);
-  comparison.add(from->points, m.T_map_robot.inverse(), to->views);
+  comparison.add(to.points, m.T_map_robot, from.views);
+  comparison.add(from.points, m.T_map_robot.inverse(), to.views);
   const int compared = comparison.agree + comparison.contradict;
   closure.agreement = compared > 0 ? static_cast<double>(comparison.agree) / compared : 0;
   closure.overlap = static_cast<double>(comparison.agree) / std::max(comparison.total, 1);
-  closure.from_key = from->anchor;
-  closure.to_key = to->anchor;
+  closure.from_key = from.anchor;
+  closure.to_key = to.anchor;
   closure.T_from_to = m.T_map_robot;
   closure.information = 0.1 * to_axes_of(m.T_map_robot, m.information);
   return closure.agreement >= options_.agreement && closure.overlap >= options_.overlap;

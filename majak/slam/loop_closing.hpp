@@ -90,6 +90,7 @@ class LoopCloser {
   std::vector<std::size_t> candidates(std::size_t query, const std::vector<double>& ways) const;
   bool try_close(const KeyScans& keys, std::size_t query, std::size_t target, double way,
                  bool search, Closure& closure);
+  bool fits(const Submap& from, const Submap& to, const Pose2& guess, Closure& closure) const;
   bool switched_off(std::size_t from_scan, std::size_t to_scan) const;
   bool confirmed(const Closure& closure) const;
   void place(KeyScans& keys) const;

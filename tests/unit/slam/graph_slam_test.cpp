@@ -118,6 +118,19 @@ TEST(GraphSlam, PeopleWhoWalkAlongDoNotTakeItWithThem) {
   }
 }
 
+// Recesses that repeat look like the place that is due when a lap is full.
+TEST(GraphSlam, WallsThatRepeatAreNotTakenForOneAnother) {
+  for (const auto& [seed, range] : {std::pair{3, 80.0}, std::pair{2, 8.0}}) {
+    sim::SimulationOptions options;
+    options.seed = seed, options.laser.max_range = range;
+    options.robot.left_scale = 1.02, options.robot.slip = 0.02;
+    const Site site = map_of(simulated_run("large_ring", 0, options));
+    const auto pose = [](const PosedScan& s) { return s.estimate.T_map_robot; };
+    EXPECT_LT(shape_error_of(site, pose).rms, 0.2) << seed;
+    EXPECT_GE(closures_of(site), 15) << seed;
+  }
+}
+
 TEST(GraphSlam, WithoutLoopsThereAreNone) {
   GraphSlamOptions options;
   options.close_loops = false;
