@@ -291,6 +291,8 @@ void add_compare(CLI::App& app) {
   command->add_option("--relations", o->mapping.relations, "relations to measure maps by");
   command->add_option("--only", o->mapping.only, "groups of runs: a,b,c (default: all)")
       ->delimiter(',');
+  command->add_flag("--no-times", o->mapping.no_times,
+                    "leave them out: equal logs, options and seeds then give equal bytes");
   command
       ->add_option("--seeds", o->mapping.seeds, "runs of the usual drive (default: 20; of a log 5)")
       ->check(CLI::Range(1, 1000));

@@ -130,16 +130,22 @@ std::vector<Event> read_log(const MappingCompareCommand& o, Progress& progress) 
 
 // ---- The command -------------------------------------------------------------------------------
 
-std::vector<std::string> chosen_methods(const std::string& list) {
-  std::vector<std::string> names;
-  if (list == "all")
-    for (const methods::MappingMethod& m : methods::mapping_methods()) names.emplace_back(m.name);
-  std::istringstream in(list == "all" ? "" : list);
+void choose(const std::string& list, eval::MappingComparisonInput& input) {
+  const auto maps = eval::given_maps();
+  if (list == "all") {
+    for (const methods::MappingMethod& m : methods::mapping_methods())
+      input.methods.emplace_back(m.name);
+    for (const eval::GivenMap& m : maps) input.maps.emplace_back(m.name);
+    return;
+  }
+  std::istringstream in(list);
   for (std::string name; std::getline(in, name, ',');)
-    if (std::none_of(eval::given_maps().begin(), eval::given_maps().end(),
-                     [&](const eval::GivenMap& m) { return m.name == name; }))
-      names.emplace_back(methods::mapping_method(name).name);
-  return names;
+    if (std::any_of(maps.begin(), maps.end(), [&](const auto& m) { return m.name == name; }))
+      input.maps.push_back(name);
+    else
+      input.methods.emplace_back(methods::mapping_method(name).name);
+  if (input.methods.empty() && input.maps.empty())
+    throw Error("--methods: name some, as in hybrid,graph-slam");
 }
 
 void print_figures(const eval::Table2& table) {
@@ -172,7 +178,7 @@ void run_compare_mapping(MappingCompareCommand& o) {
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
   const int hardware = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   input.threads = {o.threads > 0 ? o.threads : hardware};
-  input.methods = chosen_methods(o.methods);
+  choose(o.methods, input);
   eval::MappingPlan plan;
   if (!o.log.empty()) plan.seeds = 5, plan.few = 2;  // a real log is long
   if (o.seeds > 0) plan.seeds = o.seeds, plan.few = std::min(plan.few, o.seeds);
@@ -189,7 +195,7 @@ void run_compare_mapping(MappingCompareCommand& o) {
     input.what = find_truth(o, input.options, input.threads, log);
     input.log_of = eval::variations_of(log);
   }
-  input.clock = thread_seconds;
+  if (!o.no_times) input.clock = thread_seconds;
   std::mutex one;
   input.progress = [&](std::size_t runs) {
     const std::lock_guard lock(one);

@@ -13,6 +13,7 @@ struct MappingCompareCommand {
   std::string log;  ///< empty: simulated places
   std::string output, truth, relations, options_file, methods = "all";
   std::vector<std::string> only, set;
+  bool no_times = false;
   int seeds = 0, threads = 0;  ///< 0: the default, all
   io::SourceOptions source;
 };

@@ -81,10 +81,11 @@ MappingComparison compare_mappings(const MappingComparisonInput& input) {
       result.scores[m][i] = try_mapping(*log, *methods[m], input.options, {}, input.clock);
       if (input.progress) input.progress(++finished);
     }
-    if (log->truth.empty() || !asks_given(setting)) return;
+    if (log->truth.empty() || input.maps.empty() || !asks_given(setting)) return;
     const Site site = graph_site(*log, input.options);
     for (std::size_t g = 0; g < given_maps().size(); ++g)
-      result.given[g][i] = given_scores(given_maps()[g], site, log->truth, input.clock);
+      if (std::find(input.maps.begin(), input.maps.end(), given_maps()[g].name) != input.maps.end())
+        result.given[g][i] = given_scores(given_maps()[g], site, log->truth, input.clock);
   });
   return result;
 }

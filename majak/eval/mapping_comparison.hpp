@@ -51,13 +51,14 @@ struct MappingComparison {
   std::vector<TrialSetting> settings;
   /// [method][setting]; nothing: no such variation can be had of this log.
   std::vector<std::vector<std::optional<MappingScore>>> scores;
-  /// [map of given_maps()][setting][PosesFrom]; nothing: not asked, or no truth.
+  /// [map of given_maps()][setting][PosesFrom]; nothing: not asked for, or no truth.
   std::vector<std::vector<std::optional<std::array<GivenScore, 3>>>> given;
 };
 
 struct MappingComparisonInput {
   std::string what;
   std::vector<std::string> methods;
+  std::vector<std::string> maps{};  ///< of given_maps()
   std::vector<TrialSetting> settings;
   /// The log of a setting; nothing: it cannot be had. Called from several threads.
   std::function<std::optional<TrialLog>(const TrialSetting&)> log_of;

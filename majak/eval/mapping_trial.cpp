@@ -8,7 +8,7 @@
 #include "majak/core/error.hpp"
 #include "majak/eval/ate_rpe.hpp"
 #include "majak/eval/consistency.hpp"
-#include "majak/map/surfel_map.hpp"
+#include "majak/eval/true_walls.hpp"
 #include "majak/match/scan_points.hpp"
 
 namespace majak::eval {
@@ -17,7 +17,6 @@ namespace {
 constexpr double kSeenAgain = 1.0;  // m between two places that see the same
 constexpr double kWay = 15;         // m driven between them, at least
 constexpr double kTogether = 0.2;   // m off, within which they lie on each other
-constexpr double kFar = 1.0;        // m, at most, that a return counts as off the walls
 
 /// Work over the events of a log, by fifths.
 class Meter {
@@ -72,31 +71,16 @@ std::vector<Place> places_of(const Site& site, const Trajectory& truth, const Po
   return places;
 }
 
-double off_surface(const map::Surfel& s, const Vec2& p) {
-  const Vec2 off(p.x() - s.x, p.y() - s.y), normal(s.nx, s.ny);
-  return normal.isZero() ? off.norm() : std::abs(normal.dot(off));
-}
-
 double map_error(const std::vector<Place>& places) {
-  map::SurfelMap walls({.cell = 0.1, .reach = kFar});
-  for (const Place& p : places)
-    match::add_to(walls, match::scan_points(*p.scan, {.max_range = 20}, true), p.truth);
+  TrueWalls walls;
+  for (const Place& p : places) walls.add(*p.scan, p.truth);
   double sum = 0;
   std::size_t count = 0;
   const std::size_t stride = places.size() / 200 + 1;
   for (std::size_t i = 0; i < places.size(); i += stride) {
     const auto points = match::scan_points(*places[i].scan, {.max_range = 20}, false);
-    for (std::size_t k = 0; k < points.size(); ++k, ++count) {
-      const Vec2 p = places[i].estimate * Vec2(points.x[k], points.y[k]);
-      const std::uint32_t wall =
-          walls.nearest(static_cast<float>(p.x()), static_cast<float>(p.y()));
-      if (wall == map::SurfelMap::kNone) {
-        sum += kFar;
-        continue;
-      }
-      const map::Surfel& s = walls.surfel(wall);
-      sum += std::min(kFar, off_surface(s, p));
-    }
+    for (std::size_t k = 0; k < points.size(); ++k, ++count)
+      sum += walls.off(places[i].estimate * Vec2(points.x[k], points.y[k]));
   }
   return count > 0 ? sum / static_cast<double>(count) : 0;
 }

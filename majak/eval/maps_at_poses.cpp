@@ -5,16 +5,14 @@
 #include <cmath>
 
 #include "majak/eval/ate_rpe.hpp"
+#include "majak/eval/true_walls.hpp"
 #include "majak/map/dynamics.hpp"
 #include "majak/map/occupancy_grid.hpp"
 #include "majak/map/segment_map.hpp"
-#include "majak/map/surfel_map.hpp"
-#include "majak/match/scan_points.hpp"
 
 namespace majak::eval {
 namespace {
 
-constexpr double kFar = 1.0;       // m, at most, that something counts as off the walls
 constexpr double kOccupied = 0.6;  // log-odds from which on a cell is drawn as wall
 constexpr double kDash = 0.05;     // m between points of a drawn segment
 
@@ -92,25 +90,16 @@ GivenScore try_given(const GivenMap& map, const Site& site, const Trajectory& tr
   score.cpu = now() - before;
   score.elements = drawn.elements;
   score.bytes = drawn.bytes;
-  map::SurfelMap walls({.cell = 0.1, .reach = kFar});
+  TrueWalls walls;
   for (std::size_t i = 0; i < right.scans.size(); ++i) {
-    const PosedScan& s = right.scans[i];
+    const Pose2& at = right.scans[i].estimate.T_map_robot;
     if (i > 0)
-      score.way += (s.estimate.T_map_robot.translation() -
-                    right.scans[i - 1].estimate.T_map_robot.translation())
-                       .norm();
-    if (s.key) match::add_to(walls, match::scan_points(s.scan, {}, true), s.estimate.T_map_robot);
+      score.way +=
+          (at.translation() - right.scans[i - 1].estimate.T_map_robot.translation()).norm();
+    if (right.scans[i].key) walls.add(right.scans[i].scan, at);
   }
   double sum = 0;
-  for (const Vec2& p : drawn.walls) {
-    const std::uint32_t wall = walls.nearest(static_cast<float>(p.x()), static_cast<float>(p.y()));
-    if (wall == map::SurfelMap::kNone) {
-      sum += kFar;
-      continue;
-    }
-    const map::Surfel& s = walls.surfel(wall);
-    sum += std::min(kFar, (Vec2(s.x, s.y) - p).norm());
-  }
+  for (const Vec2& p : drawn.walls) sum += walls.off(p);
   if (!drawn.walls.empty()) score.map_error = sum / static_cast<double>(drawn.walls.size());
   return score;
 }

@@ -205,15 +205,17 @@ void local_minima(const MethodRuns& runs, Table2Cell& cell) {
 void incremental(const MethodRuns& runs, Table2Cell& cell) {
   const Scores& s = !runs["size"].empty() ? Scores{runs["size"].back()} : runs["seeds"];
   if (s.empty() || !s.front()->ran) return;
+  const bool online = s.front()->online;
   const auto ms = [&](double MappingScore::*part) {
     return 1e3 * median_of(s, [&](auto& v) { return v.*part; });
   };
-  cell.measured = s.front()->online
-                      ? fmt::format("{:.2f} ms, {:.2f} ms, ", ms(&MappingScore::cpu_first),
-                                    ms(&MappingScore::cpu_last))
-                      : "no poses on the way, ";
-  cell.measured += fmt::format("{:.2f} s", 1e-3 * ms(&MappingScore::cpu_finish));
-  if (!cell.word.empty()) cell.agrees = s.front()->online == (cell.word == "yes");
+  cell.measured = online ? "poses on the way" : "no poses on the way";
+  if (ms(&MappingScore::cpu) > 0)
+    cell.measured +=
+        fmt::format(", {:.2f} ms a scan at first, {:.2f} ms at last, {:.2f} s after it",
+                    ms(&MappingScore::cpu_first), ms(&MappingScore::cpu_last),
+                    1e-3 * ms(&MappingScore::cpu_finish));
+  if (!cell.word.empty()) cell.agrees = online == (cell.word == "yes");
 }
 
 std::string without_wheels_text(const MethodRuns& runs) {
@@ -267,9 +269,8 @@ std::string dimensionality(const MethodRuns& runs) {
   std::string more;
   if (!runs["size"].empty() && runs["size"].back()->ran) {
     const MappingScore& last = *runs["size"].back();
-    more = fmt::format("; {}{:.1f} s for {:.0f} m",
-                       last.landmarks > 0 ? fmt::format("{} landmarks, ", last.landmarks) : "",
-                       last.cpu, last.way);
+    if (last.landmarks > 0) more = fmt::format("; {} landmarks", last.landmarks);
+    if (last.cpu > 0) more += fmt::format("; {:.1f} s for {:.0f} m", last.cpu, last.way);
   }
   return growth_text(exponent(cpu), exponent(bytes), more);
 }
@@ -348,6 +349,7 @@ class GivenRuns {
       if (const auto& score = comparison.given[map][i])
         groups_[comparison.settings[i].group].push_back(&*score);
   }
+  bool empty() const { return groups_.empty(); }
   bool has(const std::string& group) const { return groups_.count(group) > 0; }
   double median(const std::string& group, PosesFrom from,
                 const std::function<double(const GivenScore&)>& value) const {
@@ -408,8 +410,8 @@ Table2Cell cell_of(std::size_t row, const GivenRuns& runs, const char* word) {
       break;
     }
     case 4:
-      cell.measured = fmt::format("{:.2f} s for the whole log",
-                                  runs.median(base, truth, [](auto& s) { return s.cpu; }));
+      if (const double cpu = runs.median(base, truth, [](auto& s) { return s.cpu; }); cpu > 0)
+        cell.measured = fmt::format("{:.2f} s for the whole log", cpu);
       break;
     case 6:
       cell.measured = times("stray");
@@ -478,8 +480,8 @@ Table2 table2_of(const MappingComparison& comparison, const std::string& command
   for (std::size_t c = 0; c < std::size(kColumns); ++c) {
     const std::string_view name = kColumns[c];
     for (std::size_t g = 0; g < given_maps().size(); ++g)
-      if (name == given_maps()[g].name)
-        add(kColumns[c], given_maps()[g].in_the_thesis, c, GivenRuns(comparison, g));
+      if (const GivenRuns runs(comparison, g); name == given_maps()[g].name && !runs.empty())
+        add(kColumns[c], given_maps()[g].in_the_thesis, c, runs);
     for (std::size_t m = 0; m < comparison.methods.size(); ++m)
       if (name == comparison.methods[m]) {
         const MethodRuns runs(comparison, m);
