@@ -17,6 +17,9 @@ constexpr std::size_t kSubmapPoints = 300;
 constexpr double kHeldShare =
     0.01;                        // information in the weak direction over that in the strong one
 constexpr double kNearer = 0.2;  // overlap that a place far from where the way ends must have more
+// A closure that tells no more than expected waits for the next one that does: on a place that is
+// known well the graph need not be solved anew every few metres.
+constexpr double kStrain = 3.0;
 constexpr double kShortCut = 1.0;  // m, of way that a closure counts for
 
 map::SurfelMapOptions submap_map_options() {
@@ -148,7 +151,9 @@ void LoopCloser::update(KeyScans& keys, bool last_call) {
     graph_.poses.push_back(anchors_.back());
     look(keys, index);
   }
-  if (last_call) place(keys);
+  if (!last_call) return;
+  settle();
+  place(keys);
 }
 
 std::vector<std::size_t> LoopCloser::candidates(std::size_t query,
@@ -186,7 +191,7 @@ void LoopCloser::look(const KeyScans& keys, std::size_t query) {
   const auto ways = ways_.from(query);
   const auto places = candidates(query, ways);
   const bool starving = ways_.driven(query) - last_closure_ > options_.starving;
-  bool changed = false;
+  bool moves = false;
   for (const std::size_t target : places) {
     Closure closure;
     bool found = try_close(keys, query, target, ways[target], false, closure);
@@ -207,12 +212,26 @@ void LoopCloser::look(const KeyScans& keys, std::size_t query) {
                             static_cast<int>(closure.to_key / n), closure.T_from_to,
                             closure.information, true});
     ways_.add_short_cut(closure.from_key / n, closure.to_key / n, kShortCut);
-    changed = true;
+    last_closure_ = ways_.driven(query);
+    waiting_ = true;
+    moves = moves || strain(closure) > kStrain;
   }
-  if (!changed) return;
-  last_closure_ = ways_.driven(query);
+  if (moves) settle();
+}
+
+// chi2 with 3 degrees of freedom of a closure at the anchors' present poses.
+double LoopCloser::strain(const Closure& closure) const {
+  const auto n = static_cast<std::size_t>(options_.submap_keys);
+  const Pose2 T = between(anchors_[closure.from_key / n], anchors_[closure.to_key / n]);
+  const Vec3 e = between(closure.T_from_to, T).vector();
+  return e.dot(closure.information * e);
+}
+
+void LoopCloser::settle() {
+  if (!waiting_) return;
   optimizer_.optimize(graph_);
   anchors_ = graph_.poses;
+  waiting_ = false;
 }
 
 bool LoopCloser::switched_off(std::size_t from_scan, std::size_t to_scan) const {

@@ -93,6 +93,8 @@ class LoopCloser {
   bool fits(const Submap& from, const Submap& to, const Pose2& guess, Closure& closure) const;
   bool switched_off(std::size_t from_scan, std::size_t to_scan) const;
   bool confirmed(const Closure& closure) const;
+  double strain(const Closure& closure) const;
+  void settle();
   void place(KeyScans& keys) const;
   std::size_t anchor_key(std::size_t submap) const;
   std::shared_ptr<Submap> submap(const KeyScans& keys, std::size_t index);
@@ -104,6 +106,7 @@ class LoopCloser {
                                .relative_tolerance = 1e-4,
                                .start = graph::Start::given,
                                .robust = graph::Robust::cauchy}};
+  bool waiting_ = false;     ///< accepted closures that the graph was not solved with yet
   double last_closure_ = 0;  ///< m driven at the newest closure
   Ways ways_;                ///< between the anchors
   std::vector<Closure> accepted_, pending_;
