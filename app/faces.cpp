@@ -60,7 +60,9 @@ struct FacesCommand {
 };
 
 void list_faces() {
-  for (const draw::Face& f : draw::faces()) fmt::print("{:>10}  {}\n", f.name, f.shows);
+  for (const draw::Face& f : draw::faces())
+    fmt::print("{:>10}  {}{}\n", f.name, f.shows,
+               *f.after ? fmt::format("; also {}", f.after) : "");
 }
 
 /// "x,y,radius".

@@ -85,6 +85,7 @@ void describe(OptionFields& fields, FaceOptions& options);
 
 struct Face {
   const char* name;
+  const char* after;  ///< whose idea it was, an other name for it: "moravec-elfes"; or empty
   const char* shows;
   /// Throws Error where the site cannot be looked at so, and says why.
   FacePage (*make)(const Site& site, const FaceOptions& options);
@@ -92,7 +93,7 @@ struct Face {
 
 std::span<const Face> faces();
 
-/// Throws Error that lists the names there are.
+/// By its name or by whose idea it was. Throws Error that lists the names there are.
 const Face& face(std::string_view name);
 
 FacePage sensor_face(const Site& site, const FaceOptions& options);

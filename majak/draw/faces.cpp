@@ -12,21 +12,23 @@ namespace majak::draw {
 namespace {
 
 constexpr Face kFaces[] = {
-    {"sensor", "what the laser saw: every return where the robot's pose puts it", sensor_face},
-    {"occupancy", "occupied and free cells, each on its own (log-odds)", occupancy_face},
-    {"forward", "the one map under which all beams together are likeliest", forward_face},
-    {"intensity", "how bright surfaces are, whatever the distance", intensity_face},
-    {"inflated", "where the robot's middle may not go", inflated_face},
-    {"dynamics", "cells that stay, cells where something passed, doors and when they opened",
+    {"sensor", "", "what the laser saw: every return where the robot's pose puts it", sensor_face},
+    {"occupancy", "moravec-elfes", "occupied and free cells, each on its own (log-odds)",
+     occupancy_face},
+    {"forward", "", "the one map under which all beams together are likeliest", forward_face},
+    {"intensity", "", "how bright surfaces are, whatever the distance", intensity_face},
+    {"inflated", "", "where the robot's middle may not go", inflated_face},
+    {"dynamics", "", "cells that stay, cells where something passed, doors and when they opened",
      dynamics_face},
-    {"objects", "things that stood elsewhere on another visit, each with its shape", objects_face},
-    {"segments", "walls as straight pieces, each once", segments_face},
-    {"relations", "which walls are parallel, square, in line, meet, or leave an opening",
+    {"objects", "", "things that stood elsewhere on another visit, each with its shape",
+     objects_face},
+    {"segments", "chatila-laumond", "walls as straight pieces, each once", segments_face},
+    {"relations", "", "which walls are parallel, square, in line, meet, or leave an opening",
      relations_face},
-    {"rooms", "rooms, corridors and the doors between them", rooms_face},
-    {"walls-3d", "the walls raised to a height, on the free floor", raised_face},
-    {"solid", "planes and what is not flat, by a second laser out of the plane", solid_face},
-    {"elevation", "how high and how steep the ground is, by such a laser", elevation_face},
+    {"rooms", "kuipers-mataric", "rooms, corridors and the doors between them", rooms_face},
+    {"walls-3d", "", "the walls raised to a height, on the free floor", raised_face},
+    {"solid", "", "planes and what is not flat, by a second laser out of the plane", solid_face},
+    {"elevation", "", "how high and how steep the ground is, by such a laser", elevation_face},
 };
 
 std::string size_text(std::size_t bytes) {
@@ -88,8 +90,9 @@ void describe(OptionFields& fields, FaceOptions& o) {
 std::span<const Face> faces() { return kFaces; }
 
 const Face& face(std::string_view name) {
-  const auto* found = std::find_if(std::begin(kFaces), std::end(kFaces),
-                                   [&](const Face& f) { return f.name == name; });
+  const auto* found = std::find_if(std::begin(kFaces), std::end(kFaces), [&](const Face& f) {
+    return name == f.name || (*f.after && name == f.after);
+  });
   if (found != std::end(kFaces)) return *found;
   std::string names;
   for (const Face& f : kFaces) names += fmt::format("{}{}", names.empty() ? "" : ", ", f.name);

@@ -11,17 +11,19 @@ namespace majak::methods {
 namespace {
 
 const MappingMethod kMethods[] = {
-    {"graph-slam", "simultaneous localization and mapping, p. 34; a pose graph as of today",
+    {"graph-slam", "", "simultaneous localization and mapping, p. 34; a pose graph as of today",
      "scans; odometry helps", "poses with covariance, loops closed, map",
      [](const MappingOptions& o, Threads threads) {
        return slam::mapper_of<slam::GraphSlam>(o.graph_slam, threads);
      }},
-    {"ekf-slam", "Kalman filter, p. 35", "scans that show corners, trunks or poles; odometry",
+    {"ekf-slam", "stochastic-map",
+     "Kalman filter, p. 35; the stochastic map of Smith, Self and Cheeseman, p. 32",
+     "scans that show corners, trunks or poles; odometry",
      "poses with covariance as known at each time, landmarks",
      [](const MappingOptions& o, Threads threads) {
        return slam::mapper_of<slam::EkfMapper>(o.graph_slam.chain, o.ekf_slam, threads);
      }},
-    {"incremental-ml", "incremental maximum likelihood, p. 36", "scans; odometry helps",
+    {"incremental-ml", "", "incremental maximum likelihood, p. 36", "scans; odometry helps",
      "poses without covariance, map; no loop is closed",
      [](const MappingOptions& o, Threads threads) {
        return slam::mapper_of<slam::IncrementalMl>(o.graph_slam.chain, o.incremental_ml, threads);
@@ -39,8 +41,9 @@ void describe(OptionFields& fields, MappingOptions& o) {
 std::span<const MappingMethod> mapping_methods() { return kMethods; }
 
 const MappingMethod& mapping_method(std::string_view name) {
-  const auto found = std::find_if(std::begin(kMethods), std::end(kMethods),
-                                  [&](const MappingMethod& m) { return m.name == name; });
+  const auto found = std::find_if(
+      std::begin(kMethods), std::end(kMethods),
+      [&](const MappingMethod& m) { return name == m.name || (*m.after && name == m.after); });
   if (found != std::end(kMethods)) return *found;
   std::string names;
   for (const MappingMethod& m : kMethods) names += std::string(names.empty() ? "" : ", ") + m.name;

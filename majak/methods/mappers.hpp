@@ -26,6 +26,7 @@ void describe(OptionFields& fields, MappingOptions& options);
 
 struct MappingMethod {
   const char* name;           ///< on the command line: "incremental-ml"
+  const char* after;          ///< an other name for it, or empty
   const char* in_the_thesis;  ///< what it is called there, and where
   const char* needs;          ///< for people
   const char* yields;         ///< for people

@@ -131,6 +131,10 @@ INSTANTIATE_TEST_SUITE_P(Faces, EveryFace, ::testing::ValuesIn(faces().begin(), 
 
 TEST(Faces, AreFoundByName) {
   EXPECT_STREQ(face("segments").name, "segments");
+  EXPECT_STREQ(face("chatila-laumond").name, "segments");
+  EXPECT_STREQ(face("moravec-elfes").name, "occupancy");
+  EXPECT_STREQ(face("kuipers-mataric").name, "rooms");
+  EXPECT_THROW(face(""), Error);
   try {
     face("nose");
     FAIL();

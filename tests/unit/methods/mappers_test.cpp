@@ -68,6 +68,7 @@ TEST(Mappers, SayThatThereIsNothingToMap) {
 
 TEST(Mappers, AreFoundByName) {
   EXPECT_STREQ(mapping_method("incremental-ml").name, "incremental-ml");
+  EXPECT_STREQ(mapping_method("stochastic-map").name, "ekf-slam");
   try {
     mapping_method("magic");
     FAIL();
