@@ -274,9 +274,10 @@ void add_simulate(CLI::App& app) {
   auto o = std::make_shared<SimulateOptions>();
   CLI::App* command = app.add_subcommand("simulate", kHelp);
   command
-      ->add_option("world", o->world,
-                   "building, ring, large_ring, corridor, yard, park, solid_rooms, solid_yard, "
-                   "office-N (made up from the number N), or a plan (text or PNG)")
+      ->add_option(
+          "world", o->world,
+          "building, ring, large_ring, bare_ring, nested_rings, corridor, yard, park, "
+          "solid_rooms, solid_yard, office-N (made up from the number N), or a plan (text or PNG)")
       ->capture_default_str();
   command->add_option(
       "-o,--output", o->output,

@@ -271,6 +271,74 @@ Scene large_ring() {
   return b.scene;
 }
 
+namespace {
+
+constexpr double kRingWide = 2.2, kRingMiddle = kRingWide / 2;  // m
+
+/// Recesses of doors, as deep as their walls, along the north side and the west side.
+void add_recesses(Builder& b, double length, double width) {
+  constexpr double kDeep = 0.12;
+  const double proud[] = {4.1, 6.3, 5.2, 3.4, 7.1, 4.6};  // m of wall between two doors
+  double x = 3, y = 3;
+  for (int i = 0; x < length - 3; ++i) {
+    const double to = std::min(x + proud[i % 6], length - 1.5);
+    b.box(x, width - kDeep, to, width, 0.6);
+    x = to + kDoor;
+  }
+  for (int i = 3; y < width - 3; ++i) {
+    const double to = std::min(y + proud[i % 6], width - 1.5);
+    b.box(0, y, kDeep, to, 0.6);
+    y = to + kDoor;
+  }
+}
+
+void add_outer_walls(Builder& b, double length, double width) {
+  b.wall_x(-kWall / 2, 0, length);
+  b.wall_x(width + kWall / 2, 0, length);
+  b.wall_y(-kWall / 2, 0, width);
+  b.wall_y(length + kWall / 2, 0, width);
+}
+
+}  // namespace
+
+Scene bare_ring(double length, double width) {
+  Builder b;
+  b.scene.name = "bare_ring";
+  add_outer_walls(b, length, width);
+  add_recesses(b, length, width);
+  b.box(kRingWide, kRingWide, length - kRingWide, width - kRingWide, 0.6);
+  const double near = kRingMiddle, right = length - near, high = width - near;
+  b.scene.start = {length - 6, near, 0};
+  const Vec2 lap[] = {{right, near}, {right, high}, {near, high}, {near, near}, {right, near}};
+  b.scene.short_tour.assign(std::begin(lap), std::end(lap));
+  b.scene.tour = b.scene.short_tour;
+  b.scene.tour.insert(b.scene.tour.end(), std::begin(lap) + 1, std::end(lap));
+  for (auto* tour : {&b.scene.short_tour, &b.scene.tour}) tour->push_back({right, high});
+  return b.scene;
+}
+
+Scene nested_rings() {
+  constexpr double kLength = 60, kWidth = 40, kRight = 18, kHigh = 12;  // of the small ring's block
+  Builder b;
+  b.scene.name = "nested_rings";
+  add_outer_walls(b, kLength, kWidth);
+  add_recesses(b, kLength, kWidth);
+  b.box(kRingWide, kRingWide, kRight, kHigh, 0.6);
+  b.box(kRight + kRingWide, kRingWide, kLength - kRingWide, kWidth - kRingWide, 0.6);
+  b.box(kRingWide, kHigh + kRingWide, kRight + kRingWide, kWidth - kRingWide, 0.6);
+  const double near = kRingMiddle, x = kRight + near, y = kHigh + near, right = kLength - near,
+               high = kWidth - near;
+  b.scene.start = {kLength - 6, near, 0};
+  b.scene.tour = {{right, near}, {right, high}, {near, high}, {near, y}};
+  const Vec2 small[] = {{near, near}, {x, near}, {x, y}, {near, y}};
+  for (int lap = 0; lap < 3; ++lap)
+    b.scene.tour.insert(b.scene.tour.end(), std::begin(small), std::end(small));
+  for (const Vec2& p : {Vec2(near, near), Vec2(right, near), Vec2(right, 16)})
+    b.scene.tour.push_back(p);
+  b.scene.short_tour = b.scene.tour;
+  return b.scene;
+}
+
 Scene corridor() {
   Builder b;
   b.scene.name = "corridor";
@@ -312,7 +380,8 @@ Scene yard() {
 }
 
 std::vector<std::string> built_in_names() {
-  return {"building", "ring", "large_ring", "corridor", "yard", "park"};
+  return {"building",     "ring",     "large_ring", "bare_ring",
+          "nested_rings", "corridor", "yard",       "park"};
 }
 
 namespace {
@@ -335,13 +404,15 @@ Scene built_in(const std::string& name) {
   if (name == "building") return building();
   if (name == "ring") return ring();
   if (name == "large_ring") return large_ring();
+  if (name == "bare_ring") return bare_ring();
+  if (name == "nested_rings") return nested_rings();
   if (name == "corridor") return corridor();
   if (name == "yard") return yard();
   if (name == "park") return park();
-  throw Error(
-      name +
-      ": no such world: choose building, ring, large_ring, corridor, yard, park or office-1, "
-      "office-2 ... (any number), or give a plan file");
+  throw Error(name +
+              ": no such world: choose building, ring, large_ring, bare_ring, nested_rings, "
+              "corridor, yard, "
+              "park or office-1, office-2 ... (any number), or give a plan file");
 }
 
 }  // namespace majak::sim

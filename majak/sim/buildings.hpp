@@ -19,6 +19,17 @@ Scene ring();
 /// short tour is a lap and a quarter, 235 m: matching alone goes astray there.
 Scene large_ring();
 
+/// A corridor 2.2 m wide round a block, `length` x `width` m in all (each at least 20). Its walls
+/// are smooth, but for recesses of doors on two of its four sides: to a laser of 8 m range the
+/// bare sides look the same for most of their length, and only the wheels count the way. The tours
+/// begin within sight of a corner and are a lap and a quarter, and two and a quarter.
+Scene bare_ring(double length = 60, double width = 40);
+
+/// A ring of 190 m with a small one in a corner of it. The tour comes to the small ring on its way,
+/// goes three times round it, and only then on to where it set off: loops within a loop. Walls as
+/// in bare_ring().
+Scene nested_rings();
+
 /// An empty corridor, 60 x 2.4 m: beyond 8 m from its ends a laser of 8 m range sees two parallel
 /// lines and nothing else.
 Scene corridor();
@@ -27,7 +38,7 @@ Scene corridor();
 /// ways round in arcs of 6 m radius: for a car of full size.
 Scene yard();
 
-/// "building", "ring", "large_ring", "corridor", "yard", "park".
+/// "building", "ring", "large_ring", "bare_ring", "nested_rings", "corridor", "yard", "park".
 std::vector<std::string> built_in_names();
 
 /// By name (park() is in park.hpp); "office-7" is the generated building of seed 7. Throws Error

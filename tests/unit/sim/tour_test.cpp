@@ -66,6 +66,11 @@ TEST(Tour, OfTheLargeRingIsALapAndAQuarter) {
   EXPECT_NEAR(length(path.points), lap + more, 2);
 }
 
+TEST(Tour, OfTheNestedRingsGoesRoundTheSmallOneOnItsWay) {
+  const double small = 2 * (18 + 12), large = 2 * (57.8 + 37.8), more = 6 + 14.9;
+  EXPECT_NEAR(length(plan_tour(World(nested_rings())).points), 3 * small + large + more, 6);
+}
+
 TEST(Tour, LapsRepeatIt) {
   const World world(ring());
   TourOptions options;

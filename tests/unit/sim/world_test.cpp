@@ -185,6 +185,43 @@ TEST(BuiltIn, LargeRingIsACorridorThatIsNowhereNarrow) {
     ASSERT_LT(world.cast({1.1, 1.1}, angle, 80).range, 60);  // nothing is open
 }
 
+TEST(BuiltIn, BareRingShowsNothingButParallelWallsOnItsBareSides) {
+  const World world(bare_ring());
+  const auto seen = [&](const Vec2& from, double along) {  // what is not one of the two walls
+    int things = 0;
+    for (double angle = along - kPi / 2; angle < along + kPi / 2; angle += 0.01) {
+      const Hit hit = world.cast(from, angle, 8);
+      const double across = hit.range * std::sin(angle - along);
+      things += hit.object >= 0 && std::abs(std::abs(across) - 1.1) > 1e-6;
+    }
+    return things;
+  };
+  for (double x = 5; x < 50; x += 0.7) EXPECT_EQ(seen({x, 1.1}, 0), 0) << x;
+  for (double y = 5; y < 30; y += 0.7) EXPECT_EQ(seen({58.9, y}, kPi / 2), 0) << y;
+  EXPECT_GT(seen({54, 1.1}, 0), 20);  // the corner, from where the tour begins
+  for (double x = 5; x < 55; x += 0.7) EXPECT_GT(seen({x, 38.9}, kPi), 5) << x;  // doors
+}
+
+TEST(BuiltIn, BareRingsComeInAllSizes) {
+  for (const double length : {20.0, 37.0, 120.0}) {
+    const World world(bare_ring(length, length));
+    for (double x = 1.1; x < length - 1.1; x += 0.1)
+      for (const double y : {1.1, length - 1.1}) ASSERT_GE(world.clearance({x, y}), 0.9) << x;
+    for (double angle = -kPi; angle < kPi; angle += 0.01)
+      ASSERT_LT(world.cast({1.1, 1.1}, angle, 200).range, length);  // nothing is open
+  }
+}
+
+TEST(BuiltIn, NestedRingsShareACorner) {
+  const World world(nested_rings());
+  for (double t = 1.1; t < 19; t += 0.1) {
+    ASSERT_GE(world.clearance({t, 1.1}), 0.9) << t;   // both rings
+    ASSERT_GE(world.clearance({t, 13.1}), 0.9) << t;  // the small one
+    ASSERT_GE(world.clearance({t, 38.9}), 0.9) << t;  // the large one
+  }
+  EXPECT_LT(world.cast({19.1, 13.1}, 0, 80).range, 1.2);  // the small ring turns here
+}
+
 TEST(BuiltIn, CorridorShowsTwoParallelWallsToAShortSightedLaser) {
   const World world(corridor());
   for (double x = 10; x <= 50; x += 0.7) {

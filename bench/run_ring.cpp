@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+// Do the ends of a ring meet? Many simulated laps, each mapped by several methods.
+//   run_ring [--world W] [--methods A,B] [--seeds N] [--first N] [--long] [--set OPTION=VALUE]...
+//            [--laser M] [--each] [--threads N]
+// The gap: how far the pose at the end of the lap is off, seen from the pose at the same place a
+// lap before. The robot: worn wheels, a laser of 8 m range.
+#include <fmt/core.h>
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "majak/core/error.hpp"
+#include "majak/core/parallel.hpp"
+#include "majak/eval/ate_rpe.hpp"
+#include "majak/io/options_file.hpp"
+#include "majak/methods/mappers.hpp"
+#include "majak/sim/buildings.hpp"
+#include "majak/sim/simulator.hpp"
+#include "majak/sim/tour.hpp"
+
+namespace majak::bench {
+namespace {
+
+constexpr double kClosed = 0.1;  // m
+
+struct Run {
+  std::string world = "bare_ring";
+  std::vector<std::string> methods;
+  int seeds = 50, first = 1, threads = 1;
+  bool long_tour = false, each = false;
+  double laser = 8;
+  methods::MappingOptions mapping;
+};
+
+std::vector<std::string> split(const std::string& list) {
+  std::vector<std::string> parts(1);
+  for (const char c : list) {
+    if (c == ',')
+      parts.emplace_back();
+    else
+      parts.back() += c;
+  }
+  return parts;
+}
+
+Run parse(int argc, char** argv) {
+  Run run;
+  OptionFields fields;
+  methods::describe(fields, run.mapping);
+  for (int i = 1; i < argc; ++i) {
+    const std::string a = argv[i];
+    if (a == "--long" || a == "--each") {
+      (a == "--long" ? run.long_tour : run.each) = true;
+      continue;
+    }
+    if (i + 1 == argc) throw Error(a + ": a value is missing");
+    const std::string value = argv[++i];
+    if (a == "--world") run.world = value;
+    if (a == "--methods") run.methods = split(value);
+    if (a == "--seeds") run.seeds = std::atoi(value.c_str());
+    if (a == "--first") run.first = std::atoi(value.c_str());
+    if (a == "--threads") run.threads = std::atoi(value.c_str());
+    if (a == "--laser") run.laser = std::atof(value.c_str());
+    if (a == "--set") io::apply_option(fields, value);
+  }
+  if (run.methods.empty())
+    for (const methods::MappingMethod& m : methods::mapping_methods())
+      run.methods.emplace_back(m.name);
+  return run;
+}
+
+double cpu_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// The left wheel counts 2 % too much, both slip four times as much as new ones.
+sim::SimulationOptions worn_robot(const Run& run, int seed) {
+  sim::SimulationOptions o;
+  o.seed = seed;
+  o.laser.max_range = run.laser;
+  o.robot.left_scale = 1.02;
+  o.robot.slip = 0.02;
+  return o;
+}
+
+/// Where each scan was truly taken.
+std::vector<Pose2> truth_of(const Site& site) {
+  std::map<Time, Pose2> at;
+  for (const Truth& t : site.truth) at[t.time] = t.T_world_robot;
+  std::vector<Pose2> truth;
+  for (const PosedScan& s : site.scans) truth.push_back(at.at(s.scan.time));
+  return truth;
+}
+
+/// The scan of the last time at which the robot is where it set off, with the same heading.
+std::size_t lap_of(const std::vector<Pose2>& truth) {
+  const auto away = [&](std::size_t i) {
+    const Pose2 d = between(truth[0], truth[i]);
+    return std::hypot(d.x, d.y) + std::abs(d.theta);
+  };
+  std::size_t lap = truth.size() - 1;
+  while (lap > 0 && away(lap) > 0.5) --lap;
+  for (std::size_t i = lap; i > 0 && away(i) < 0.5; --i)
+    if (away(i) < away(lap)) lap = i;
+  return lap;
+}
+
+struct Score {
+  double gap = 0, turn = 0;  ///< m, rad
+  double ate = 0;            ///< m, rms
+  double cpu = 0;            ///< s
+  double longest = 0;        ///< s, of one add()
+  std::size_t corrections = 0, undone = 0;
+};
+
+Score map_run(const Run& run, const std::string& method, const std::vector<Event>& events) {
+  Score score;
+  const double begin = cpu_seconds();
+  const slam::Mapper mapper = methods::mapping_method(method).make(run.mapping, {1});
+  for (const Event& event : events) {
+    const double before = cpu_seconds();
+    mapper.add(event);
+    score.longest = std::max(score.longest, cpu_seconds() - before);
+  }
+  const slam::Mapping mapping = mapper.finish();
+  score.cpu = cpu_seconds() - begin;
+  const std::vector<PosedScan>& scans = mapping.site.scans;
+  const std::vector<Pose2> truth = truth_of(mapping.site);
+  const std::size_t lap = lap_of(truth);
+  const Pose2 off =
+      between(between(truth[0], truth[lap]),
+              between(scans[0].estimate.T_map_robot, scans[lap].estimate.T_map_robot));
+  score.gap = std::hypot(off.x, off.y);
+  score.turn = std::abs(off.theta);
+  std::vector<eval::PosePair> pairs;
+  for (std::size_t i = 0; i < scans.size(); ++i)
+    pairs.push_back({scans[i].scan.time, scans[i].estimate.T_map_robot, truth[i], true});
+  score.ate = eval::absolute_error(pairs).translation.rms;
+  score.corrections = mapping.corrections.size();
+  for (const slam::LoopCorrection& c : mapping.corrections) score.undone += c.undone.has_value();
+  return score;
+}
+
+/// [method][seed]
+std::vector<std::vector<Score>> score_all(const Run& run) {
+  std::vector<std::vector<Score>> scores(run.methods.size(),
+                                         std::vector<Score>(static_cast<std::size_t>(run.seeds)));
+  const sim::World world(sim::built_in(run.world));
+  const sim::Path path = sim::plan_tour(world, {.short_tour = !run.long_tour});
+  parallel_for({run.threads}, static_cast<std::size_t>(run.seeds), [&](std::size_t s) {
+    const auto events =
+        sim::simulate(world, path, worn_robot(run, run.first + static_cast<int>(s)));
+    for (std::size_t m = 0; m < run.methods.size(); ++m)
+      scores[m][s] = map_run(run, run.methods[m], events);
+  });
+  return scores;
+}
+
+template <class Value>
+std::vector<double> sorted(const std::vector<Score>& scores, const Value& value) {
+  std::vector<double> values;
+  for (const Score& s : scores) values.push_back(value(s));
+  std::sort(values.begin(), values.end());
+  return values;
+}
+
+void print(const Run& run, const std::vector<std::vector<Score>>& scores) {
+  fmt::print(
+      "| method | closed | gap: median, worst (m) | turn: median, worst (deg) | ATE: median, worst "
+      "(m) | CPU s | longest add() ms | corrections, undone "
+      "|\n|---|---|---|---|---|---|---|---|\n");
+  for (std::size_t m = 0; m < scores.size(); ++m) {
+    const auto gap = sorted(scores[m], [](const Score& s) { return s.gap; });
+    const auto turn = sorted(scores[m], [](const Score& s) { return degrees(s.turn); });
+    const auto ate = sorted(scores[m], [](const Score& s) { return s.ate; });
+    const auto cpu = sorted(scores[m], [](const Score& s) { return s.cpu; });
+    const auto longest = sorted(scores[m], [](const Score& s) { return 1e3 * s.longest; });
+    std::size_t corrections = 0, undone = 0;
+    for (const Score& s : scores[m]) corrections += s.corrections, undone += s.undone;
+    const std::size_t half = gap.size() / 2;
+    const auto closed = std::lower_bound(gap.begin(), gap.end(), kClosed) - gap.begin();
+    fmt::print(
+        "| {} | {} of {} | {:.3f}, {:.3f} | {:.2f}, {:.2f} | {:.3f}, {:.3f} | {:.2f} | {:.0f}, "
+        "{:.0f} | {}, {} |\n",
+        run.methods[m], closed, gap.size(), gap[half], gap.back(), turn[half], turn.back(),
+        ate[half], ate.back(), cpu[half], longest[half], longest.back(), corrections, undone);
+    if (!run.each) continue;
+    for (std::size_t s = 0; s < scores[m].size(); ++s) {
+      const Score& one = scores[m][s];
+      fmt::print("  {} seed {}: gap {:.3f} m {:.2f} deg, ATE {:.3f} m, {} corrections, {} undone\n",
+                 run.methods[m], run.first + static_cast<int>(s), one.gap, degrees(one.turn),
+                 one.ate, one.corrections, one.undone);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace majak::bench
+
+int main(int argc, char** argv) {
+  try {
+    const auto run = majak::bench::parse(argc, argv);
+    majak::bench::print(run, majak::bench::score_all(run));
+  } catch (const majak::Error& error) {
+    fmt::print(stderr, "run_ring: {}\n", error.what());
+    return 1;
+  }
+  return 0;
+}
