@@ -28,6 +28,11 @@ const MappingMethod kMethods[] = {
      [](const MappingOptions& o, Threads threads) {
        return slam::mapper_of<slam::IncrementalMl>(o.graph_slam.chain, o.incremental_ml, threads);
      }},
+    {"hybrid", "incremental maximum likelihood with pose samples, p. 36", "scans; odometry helps",
+     "poses without covariance, map; a loop is closed by relocalizing and corrected backwards",
+     [](const MappingOptions& o, Threads threads) {
+       return slam::mapper_of<slam::Hybrid>(o.graph_slam.chain, o.hybrid, threads);
+     }},
 };
 
 }  // namespace
@@ -36,6 +41,7 @@ void describe(OptionFields& fields, MappingOptions& o) {
   slam::describe(fields, o.graph_slam);
   slam::describe(fields, o.ekf_slam);
   slam::describe(fields, o.incremental_ml);
+  slam::describe(fields, o.hybrid);
 }
 
 std::span<const MappingMethod> mapping_methods() { return kMethods; }

@@ -10,6 +10,7 @@
 #include "majak/core/parallel.hpp"
 #include "majak/slam/ekf_mapper.hpp"
 #include "majak/slam/graph_slam.hpp"
+#include "majak/slam/hybrid.hpp"
 #include "majak/slam/incremental_ml.hpp"
 #include "majak/slam/mapper.hpp"
 
@@ -21,6 +22,7 @@ struct MappingOptions {
   slam::GraphSlamOptions graph_slam;
   slam::IncrementalMlOptions incremental_ml;
   slam::EkfSlamOptions ekf_slam = slam::ekf_for_rooms();
+  slam::HybridOptions hybrid;
 };
 void describe(OptionFields& fields, MappingOptions& options);
 
