@@ -19,9 +19,11 @@ constexpr double kHeldShare = 0.01;    // information in the weak direction over
 constexpr double kHeldTogether = 100;  // neighbours on the same old ground: their errors agree
 constexpr double kOneScale = 20;       // m of way over which the wheels' scale errs alike
 constexpr std::size_t kLocalPoints = 400;
-constexpr int kDraws = 16;                       // particles that are matched
-constexpr double kIndependent = 30;              // returns of a look that tell on their own
-constexpr double kAgreedTurn = 0.03;             // rad
+constexpr int kVotes = 4;             // at least, of draws that match as well as the best
+constexpr double kTie = 0.05;         // of their scores
+constexpr int kDraws = 24;            // particles that are matched
+constexpr double kIndependent = 30;   // returns of a look that tell on their own
+constexpr double kAgreedTurn = 0.03;  // rad
 constexpr double kOnMap = 0.1, kNearMap = 0.15;  // m
 constexpr double kLookMemory = 0.1;              // weight of the newest look in the running mean
 constexpr double kQuietReach = 6;                // m about a place that is not tried
@@ -91,7 +93,7 @@ std::optional<Estimate> Hybrid::take_scans() {
 
 void Hybrid::take_key() {
   const std::size_t k = chain_.keys().size() - 1;
-  held_.push_back(0);
+  held_.push_back(0), anchors_.push_back(k);
   if (k == 0) return begin();
   spread(k);
   if (options_.forced && options_.forced->at == k) {
@@ -104,6 +106,7 @@ void Hybrid::take_key() {
   if (widest() < options_.narrow && hold(k, map_)) {
     const KeyScan& key = chain_.keys()[k];
     narrow(key.T_map_robot, key.match_information.inverse());
+    if (widest() < options_.narrow) anchors_[k] = visit_at(key.T_map_robot);
   }
   judge();
   if (driven() - looked_ >= options_.look_every) look();
@@ -248,7 +251,7 @@ void Hybrid::look() {
   if (widest() < options_.narrow) return;
   const auto place = place_agreed_on();
   if (!place || is_quiet(place->T_map_robot) || !told_before(place->T_map_robot)) return;
-  close(loop_begin(place->T_map_robot), *place);
+  close(visit_at(place->T_map_robot), *place);
 }
 
 /// Particles drawn by how the local map lies on the old ground from there, each moved to where it
@@ -283,10 +286,13 @@ std::optional<Hybrid::Place> Hybrid::place_agreed_on() const {
       std::max_element(matches.begin(), matches.end(),
                        [](const auto& a, const auto& b) { return a.score < b.score; });
   if (best->score < options_.old_share || !holds_all_round(best->information)) return std::nullopt;
-  const auto agree = std::count_if(matches.begin(), matches.end(), [&](const match::Match& m) {
-    return same_place(best->T_map_robot, m.T_map_robot, options_.agreed);
-  });
-  if (agree < kDraws - 1) return std::nullopt;
+  int votes = 0, against = 0;
+  for (const match::Match& m : matches)
+    if (m.score > best->score - kTie) {
+      ++votes;
+      against += !same_place(best->T_map_robot, m.T_map_robot, options_.agreed);
+    }
+  if (votes < kVotes || against > 0) return std::nullopt;
   if (newest_fit(best->T_map_robot).through > options_.through_share) return std::nullopt;
   return Place{best->T_map_robot, own_information(*best)};
 }
@@ -340,6 +346,8 @@ void describe(OptionFields& f, HybridOptions& o) {
         {"m", "of way in which a correction can be taken back", 0, 1e6});
   f.add("hybrid.fall", o.fall, {"1", "of the fit, by which it must fall for that", 0, 1});
   f.add("hybrid.quiet", o.quiet, {"m", "of way for which such a place is not tried", 0, 1e6});
+  f.add("hybrid.keep_loops", o.keep_loops,
+        {"", "false: a loop within a loop bends like everything else on the way"});
   f.add("hybrid.latency_keys", o.latency_keys,
         {"1", "key scans that may be moved or drawn anew per scan, 0: all", 0, 1e9});
   f.add("hybrid.way_sigma", o.way_sigma, {"m", "of the step between key scans", 1e-4, 10});

@@ -36,6 +36,7 @@ struct HybridOptions {
   double probation = 30;       ///< m, for which a correction can be taken back
   double fall = 0.25;          ///< of the fit, by which it must fall for that
   double quiet = 20;           ///< m, for which a place is not tried again then
+  bool keep_loops = true;      ///< a loop within a loop stays as it is and moves as a whole
   int latency_keys = 0;        ///< key scans that may be moved or drawn anew per scan; 0: all
   double way_sigma = 0.02;     ///< m, of the front end's step from key scan to key scan
   double turn_sigma = 0.01;    ///< rad
@@ -113,8 +114,9 @@ class Hybrid {
   std::optional<Place> place_agreed_on() const;
   bool told_before(const Pose2& T_map_robot);
   bool is_quiet(const Pose2& T_map_robot) const;
-  std::size_t loop_begin(const Pose2& T_map_robot) const;
-  void close(std::size_t first, const Place& place);
+  std::size_t visit_at(const Pose2& T_map_robot) const;
+  std::size_t error_begin(std::size_t visit, std::vector<Mat3>& steps) const;
+  void close(std::size_t visit, const Place& place);
   void judge();
   void take_back();
   void start_move(std::size_t first, std::vector<Pose2> targets, bool refine);
@@ -125,11 +127,12 @@ class Hybrid {
   HybridOptions options_;
   Threads threads_;
   ScanChain chain_;
-  map::SurfelMap map_;       ///< of the old ground
-  std::size_t drawn_ = 0;    ///< key scans on it
-  std::vector<double> way_;  ///< m driven up to each key scan
-  std::vector<Mat3> steps_;  ///< covariance of the step to each, own axes
-  std::vector<char> held_;   ///< each: by old ground
+  map::SurfelMap map_;                ///< of the old ground
+  std::size_t drawn_ = 0;             ///< key scans on it
+  std::vector<double> way_;           ///< m driven up to each key scan
+  std::vector<Mat3> steps_;           ///< covariance of the step to each, own axes
+  std::vector<char> held_;            ///< each: by old ground
+  std::vector<std::size_t> anchors_;  ///< each: older key scan it is as good as fixed to, or itself
   std::vector<Pose2> particles_;
   std::vector<double> scales_;   ///< of each particle: error of the way that only the wheels count
   double looked_ = 0;            ///< m driven at the last look

@@ -16,32 +16,50 @@ constexpr double kEvidence = 0.2;   // share of returns that must meet old groun
 
 }  // namespace
 
-// The newest visit to the place: whatever came before it stays as it is.
-std::size_t Hybrid::loop_begin(const Pose2& T_map_robot) const {
+/// Old key scan at a place, of the newest visit to it.
+std::size_t Hybrid::visit_at(const Pose2& T_map_robot) const {
   const auto away = [&](std::size_t k) {
     return (chain_.keys()[k].T_map_robot.translation() - T_map_robot.translation()).norm();
   };
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < drawn_; ++k) nearest = std::min(nearest, away(k));
-  std::size_t begin = drawn_ - 1;
-  while (away(begin) > nearest + kSamePlace) --begin;
-  return begin;
+  std::size_t visit = drawn_ - 1;
+  while (away(visit) > nearest + kSamePlace) --visit;
+  return visit;
 }
 
-void Hybrid::close(std::size_t first, const Place& place) {
+// Where the error that shows at the newest key scan began to gather: at the visit, or later, when
+// the robot was tracked on ground as old as that. Loops on the way that are closed err as a whole:
+// the steps within them are taken as certain (MATH 23.4).
+std::size_t Hybrid::error_begin(std::size_t visit, std::vector<Mat3>& steps) const {
+  for (std::size_t k = chain_.keys().size() - 1; options_.keep_loops && k > visit;) {
+    const std::size_t anchor = anchors_[k];
+    if (anchor <= visit) return k;
+    if (anchor == k)
+      --k;
+    else
+      for (; k > anchor; --k) steps[k].setZero();
+  }
+  return visit;
+}
+
+void Hybrid::close(std::size_t visit, const Place& place) {
   const KeyScans& keys = chain_.keys();
   const std::size_t at = keys.size() - 1;
+  std::vector<Mat3> steps = steps_;
+  const std::size_t first = error_begin(visit, steps);
   Snapshot before{first, at, {}, particles_, agreement_, agreement_};
   for (std::size_t k = first; k <= at; ++k) before.poses.push_back(keys[k].T_map_robot);
-  const std::span<const Mat3> steps(steps_.data() + first, before.poses.size());
   corrections_.push_back(
       {keys[at].scan,
-       keys[first].scan,
-       way_[at] - way_[first],
+       keys[visit].scan,
+       way_[at] - way_[visit],
        (place.T_map_robot.translation() - keys[at].T_map_robot.translation()).norm(),
        at - first + 1,
        {}});
-  start_move(first, share_out(before.poses, steps, place.T_map_robot), true);
+  const auto loop = std::span(steps).subspan(first);
+  start_move(first, share_out(before.poses, loop, place.T_map_robot), true);
+  anchors_[at] = visit;
   begin_anew(place);
   snapshot_ = std::move(before);
   rumour_.reset(), told_ = 0;
@@ -72,6 +90,7 @@ void Hybrid::take_back() {
     spread(k);
   }
   std::fill(held_.begin() + static_cast<std::ptrdiff_t>(before.at) + 1, held_.end(), 0);
+  for (std::size_t k = before.at; k < keys.size(); ++k) anchors_[k] = k;
   agreement_ = before.before;
   start_move(before.first, std::move(before.poses), false);
 }
