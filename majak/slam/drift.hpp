@@ -12,11 +12,11 @@
 namespace majak::slam {
 
 struct DriftOptions {
-  double match_share = 0.12;   ///< of a match's covariance: most of its error does not add up,
+  double match_share = 0.25;   ///< of a match's covariance: most of its error does not add up,
                                ///< because a local map is the mean of many key scans
   double scale_sigma = 0.015;  ///< of the way that nothing but the wheels counts, one sign a run
-  double weak_way = 0.3;       ///< m, of a step that is not to be trusted
-  double weak_turn = 0.2;      ///< rad
+  double weak_way = 0.1;       ///< m, of a step that is not to be trusted
+  double weak_turn = 0.04;     ///< rad
 };
 
 /// Of the step to a key scan, in its own axes.

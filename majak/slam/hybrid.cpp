@@ -18,9 +18,14 @@ constexpr double kShared = 0.25;       // of a match's information, as in slam/c
 constexpr double kHeldShare = 0.01;    // information in the weak direction over the strong one
 constexpr double kHeldTogether = 100;  // neighbours on the same old ground: their errors agree
 constexpr double kOneScale = 20;       // m of way over which the wheels' scale errs alike
+constexpr std::uint64_t kStreams = std::uint64_t{1} << 40;  // of random numbers, for each purpose
 constexpr std::size_t kLocalPoints = 400;
+constexpr std::size_t kCalm = 4;      // every fourth particle errs less, so that there are always
+constexpr double kCalmShare = 0.3;    // some near the most likely pose, however wide the others are
 constexpr int kVotes = 4;             // at least, of draws that match as well as the best
-constexpr double kTie = 0.05;         // of their scores
+constexpr double kTie = 0.04;         // of their scores
+const Vec3 kTried(0.1, 0.1, 0.02);    // m, m, rad: about each particle, lest a set that has grown
+                                      // too narrow sees nothing
 constexpr int kDraws = 24;            // particles that are matched
 constexpr double kIndependent = 30;   // returns of a look that tell on their own
 constexpr double kAgreedTurn = 0.03;  // rad
@@ -55,16 +60,19 @@ bool same_place(const Pose2& a, const Pose2& b, double reach) {
 
 /// Does the beam from `laser` to `end` (map frame) pass through a surface well before its end?
 bool passes_through(const map::SurfelMap& map, const Vec2& laser, const Vec2& end) {
-  constexpr double kStep = 0.1, kBefore = 0.4, kThick = 0.06, kSquare = 0.5;
+  constexpr double kStep = 0.1, kBefore = 0.3, kTurned = 0.03, kNearEdge = 0.05, kSquare = 0.5;
   const double range = (end - laser).norm();
   const Vec2 d = (end - laser) / std::max(range, 1e-6);
-  for (double r = 0.3; r < range - kBefore; r += kStep) {
+  for (double r = 0.3; r < range - kBefore - kTurned * range; r += kStep) {
     const Vec2 p = laser + r * d;
     const auto i = map.nearest(static_cast<float>(p.x()), static_cast<float>(p.y()));
     if (i == map::SurfelMap::kNone) continue;
     const map::Surfel& s = map.surfel(i);
-    if (std::abs(s.nx * d.x() + s.ny * d.y()) < kSquare) continue;  // grazing: no telling
-    if (std::hypot(p.x() - s.x, p.y() - s.y) < kThick) return true;
+    const Vec2 normal(s.nx, s.ny), off = Vec2(s.x, s.y) - p;
+    const double square = normal.dot(d);
+    if (std::abs(square) < kSquare) continue;  // grazing: no telling
+    const double ahead = normal.dot(off) / square;
+    if (std::abs(ahead) < kStep / 2 && (ahead * d - off).norm() < kNearEdge) return true;
   }
   return false;
 }
@@ -106,14 +114,14 @@ void Hybrid::take_key() {
   if (widest() < options_.narrow && hold(k, map_)) {
     const KeyScan& key = chain_.keys()[k];
     narrow(key.T_map_robot, key.match_information.inverse());
-    if (widest() < options_.narrow) anchors_[k] = visit_at(key.T_map_robot);
+    if (widest() < options_.narrow) stand_on(visit_at(key.T_map_robot));
   }
   judge();
   if (driven() - looked_ >= options_.look_every) look();
 }
 
 void Hybrid::begin() {
-  way_ = {0}, steps_ = {Mat3::Zero()};
+  way_ = {0}, steps_ = {Mat3::Zero()}, spreads_ = {1e-9 * Mat3::Identity()};
   const auto n = static_cast<std::size_t>(options_.particles);
   particles_.assign(n, chain_.keys()[0].T_map_robot);
   for (std::size_t i = 0; i < n; ++i)
@@ -130,9 +138,16 @@ void Hybrid::spread(std::size_t k) {
   const Vec3 by_wheels = drift.by_motion * Vec3(step.x, step.y, 0);
   const Mat3 root = drift.covariance.llt().matrixL();
   for (std::size_t i = 0; i < particles_.size(); ++i) {
-    RandomStream random(static_cast<std::uint64_t>(options_.seed), 2 * k, i);
-    particles_[i] = particles_[i] * step * exp(root * normal3(random) + scales_[i] * by_wheels);
+    RandomStream random(static_cast<std::uint64_t>(options_.seed), k, i);
+    const Vec3 error = root * normal3(random) + scales_[i] * by_wheels;
+    particles_[i] = particles_[i] * step * exp(i % kCalm == 0 ? Vec3(kCalmShare * error) : error);
   }
+  Mat3 off = ground_doubt() + 1e-9 * Mat3::Identity();
+  for (const Pose2& p : particles_) {
+    const Vec3 d = log(between(key.T_map_robot, p));
+    off += d * d.transpose() / static_cast<double>(particles_.size());
+  }
+  spreads_.resize(k), spreads_.push_back(off);
   if (k < way_.size()) return;  // once more, after a correction was taken back
   const double alike = std::pow(options_.drift.scale_sigma, 2) * kOneScale / std::max(way, 0.05);
   way_.push_back(way_.back() + way + 0.2 * std::abs(step.theta));
@@ -150,6 +165,19 @@ double Hybrid::widest() const {
     covariance.topLeftCorner<2, 2>() += d * d.transpose();
   }
   return least_known(covariance / static_cast<double>(particles_.size())).sigma;
+}
+
+/// What the ground adds to the particles' spread, in the axes of the newest key scan.
+Mat3 Hybrid::ground_doubt() const {
+  const Mat3 a =
+      adjoint(between(chain_.keys().back().T_map_robot, chain_.keys()[doubt_.on].T_map_robot));
+  return a * doubt_.covariance * a.transpose();
+}
+
+/// The newest key scan is as good as fixed to an old one.
+void Hybrid::stand_on(std::size_t visit) {
+  anchors_.back() = visit;
+  doubt_ = {spreads_[visit], visit};
 }
 
 void Hybrid::draw_old() {
@@ -188,7 +216,7 @@ void Hybrid::narrow(const Pose2& T_map_robot, const Mat3& covariance) {
   const Mat3 gain = spread * (spread + covariance).inverse();
   const Mat3 root = covariance.llt().matrixL();
   for (std::size_t i = 0; i < off.size(); ++i) {
-    RandomStream random(static_cast<std::uint64_t>(options_.seed), 2 * way_.size() + 1, i);
+    RandomStream random(static_cast<std::uint64_t>(options_.seed), kStreams + way_.size(), i);
     particles_[i] = T_map_robot * exp(off[i] + gain * (root * normal3(random) - off[i]));
   }
 }
@@ -196,7 +224,7 @@ void Hybrid::narrow(const Pose2& T_map_robot, const Mat3& covariance) {
 void Hybrid::begin_anew(const Place& place) {
   const Mat3 root = Mat3(place.information.inverse()).llt().matrixL();
   for (std::size_t i = 0; i < particles_.size(); ++i) {
-    RandomStream random(static_cast<std::uint64_t>(options_.seed), 2 * way_.size() + 1, i);
+    RandomStream random(static_cast<std::uint64_t>(options_.seed), kStreams + way_.size(), i);
     particles_[i] = place.T_map_robot * exp(root * normal3(random));
   }
 }
@@ -248,10 +276,25 @@ void Hybrid::look() {
   looked_ = driven();
   const Fit fit = newest_fit(chain_.keys().back().T_map_robot);
   agreement_ += kLookMemory * (fit.agreement() - agreement_);
-  if (widest() < options_.narrow) return;
+  if (held_.back() && widest() < options_.narrow) return;
   const auto place = place_agreed_on();
   if (!place || is_quiet(place->T_map_robot) || !told_before(place->T_map_robot)) return;
+  if (widest() < options_.narrow &&
+      same_place(place->T_map_robot, chain_.keys().back().T_map_robot, options_.narrow))
+    return;  // nothing new
   close(visit_at(place->T_map_robot), *place);
+}
+
+/// The particles; every other one with the doubt of the ground below it.
+std::vector<Pose2> Hybrid::tries() const {
+  const Mat3 root = Mat3(ground_doubt() + 1e-9 * Mat3::Identity()).llt().matrixL();
+  std::vector<Pose2> tried;
+  for (std::size_t i = 0; i < particles_.size(); ++i) {
+    RandomStream random(static_cast<std::uint64_t>(options_.seed), 2 * kStreams + way_.size(), i);
+    const Vec3 more = root * normal3(random), jitter = kTried.cwiseProduct(normal3(random));
+    tried.push_back(particles_[i] * exp(i % 2 == 0 ? jitter : Vec3(more + jitter)));
+  }
+  return tried;
 }
 
 /// Particles drawn by how the local map lies on the old ground from there, each moved to where it
@@ -259,7 +302,8 @@ void Hybrid::look() {
 std::vector<match::Match> Hybrid::matches_of_particles(const match::ScanPoints& points) const {
   std::vector<double> log_weights;
   double best = 0;
-  for (const Pose2& p : particles_) {
+  const std::vector<Pose2> tried = tries();
+  for (const Pose2& p : tried) {
     const double share = match::share_on(points, map_, p, kNearMap);
     best = std::max(best, share);
     log_weights.push_back(kIndependent * share);
@@ -267,7 +311,7 @@ std::vector<match::Match> Hybrid::matches_of_particles(const match::ScanPoints& 
   if (best < options_.old_share) return {};
   std::vector<double> weights(log_weights.size());
   filter::normalise(log_weights, weights);
-  RandomStream random(static_cast<std::uint64_t>(options_.seed), way_.size(), particles_.size());
+  RandomStream random(static_cast<std::uint64_t>(options_.seed), 3 * kStreams + way_.size(), 0);
   std::vector<std::uint32_t> drawn(kDraws);
   filter::resample_systematic(weights, random, drawn);
   match::AlignOptions align = options_.align;
@@ -275,7 +319,7 @@ std::vector<match::Match> Hybrid::matches_of_particles(const match::ScanPoints& 
   align.max_iterations = 20;
   std::vector<match::Match> matches;
   for (const std::uint32_t i : drawn)
-    matches.push_back(match::align(points, map_, {particles_[i], Mat3::Zero()}, align));
+    matches.push_back(match::align(points, map_, {tried[i], Mat3::Zero()}, align));
   return matches;
 }
 

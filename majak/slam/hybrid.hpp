@@ -25,21 +25,21 @@ namespace majak::slam {
 struct HybridOptions {
   int seed = 1;
   int particles = 400;
-  double old_way = 12;         ///< m driven since: such ground is old, and on the map
-  int local_map_keys = 24;     ///< of the newest key scans, held together against the old ground
-  double look_every = 0.75;    ///< m, between two looks whether the ground is old
-  double narrow = 0.12;        ///< m, a spread below which the robot is tracked on old ground
-  double old_share = 0.6;      ///< share of returns on the map that makes the ground old
-  double through_share = 0.1;  ///< at most: of beams that pass through a wall of the map
-  double agreed = 0.15;        ///< m, particles agree when they are matched to within this
-  int witnesses = 2;           ///< looks in a row that must tell the same correction
-  double probation = 30;       ///< m, for which a correction can be taken back
-  double fall = 0.25;          ///< of the fit, by which it must fall for that
-  double quiet = 20;           ///< m, for which a place is not tried again then
-  bool keep_loops = true;      ///< a loop within a loop stays as it is and moves as a whole
-  int latency_keys = 0;        ///< key scans that may be moved or drawn anew per scan; 0: all
-  double way_sigma = 0.02;     ///< m, of the front end's step from key scan to key scan
-  double turn_sigma = 0.01;    ///< rad
+  double old_way = 12;          ///< m driven since: such ground is old, and on the map
+  int local_map_keys = 24;      ///< of the newest key scans, held together against the old ground
+  double look_every = 0.75;     ///< m, between two looks whether the ground is old
+  double narrow = 0.12;         ///< m, a spread below which the robot is tracked on old ground
+  double old_share = 0.6;       ///< share of returns on the map that makes the ground old
+  double through_share = 0.35;  ///< at most: of beams that pass through a wall of the map
+  double agreed = 0.15;         ///< m, particles agree when they are matched to within this
+  int witnesses = 2;            ///< looks in a row that must tell the same correction
+  double probation = 30;        ///< m, for which a correction can be taken back
+  double fall = 0.25;           ///< of the fit, by which it must fall for that
+  double quiet = 20;            ///< m, for which a place is not tried again then
+  bool keep_loops = true;       ///< a loop within a loop stays as it is and moves as a whole
+  int latency_keys = 0;         ///< key scans that may be moved or drawn anew per scan; 0: all
+  double way_sigma = 0.02;      ///< m, of the front end's step from key scan to key scan
+  double turn_sigma = 0.01;     ///< rad
   DriftOptions drift;
   match::AlignOptions align;
   map::SurfelMapOptions map;
@@ -93,8 +93,9 @@ class Hybrid {
     std::size_t first = 0, at = 0;
     std::vector<Pose2> poses;  ///< of key scans [first, at]
     std::vector<Pose2> particles;
-    double before = 1;  ///< agreement on the way to the closure
-    double since = 1;   ///< agreement since, running mean
+    std::size_t ground = 0;  ///< key scan that the doubt was on
+    double before = 1;       ///< agreement on the way to the closure
+    double since = 1;        ///< agreement since, running mean
   };
 
   std::optional<Estimate> take_scans();
@@ -102,6 +103,9 @@ class Hybrid {
   void begin();
   void spread(std::size_t key);
   double widest() const;
+  Mat3 ground_doubt() const;
+  void stand_on(std::size_t visit);
+  std::vector<Pose2> tries() const;
   void draw_old();
   bool hold(std::size_t key, const map::SurfelMap& map);
   void narrow(const Pose2& T_map_robot, const Mat3& covariance);
@@ -134,6 +138,14 @@ class Hybrid {
   std::vector<char> held_;            ///< each: by old ground
   std::vector<std::size_t> anchors_;  ///< each: older key scan it is as good as fixed to, or itself
   std::vector<Pose2> particles_;
+  /// Of the ground on which the particles were last narrowed: how far that may be off itself
+  /// against the map's beginning. Own axes of key scan `on`.
+  struct Doubt {
+    Mat3 covariance = Mat3::Zero();
+    std::size_t on = 0;
+  };
+  Doubt doubt_;
+  std::vector<Mat3> spreads_;    ///< of each key scan against the map's beginning, own axes
   std::vector<double> scales_;   ///< of each particle: error of the way that only the wheels count
   double looked_ = 0;            ///< m driven at the last look
   double agreement_ = 1;         ///< running mean over the looks

@@ -48,7 +48,7 @@ void Hybrid::close(std::size_t visit, const Place& place) {
   const std::size_t at = keys.size() - 1;
   std::vector<Mat3> steps = steps_;
   const std::size_t first = error_begin(visit, steps);
-  Snapshot before{first, at, {}, particles_, agreement_, agreement_};
+  Snapshot before{first, at, {}, particles_, doubt_.on, agreement_, agreement_};
   for (std::size_t k = first; k <= at; ++k) before.poses.push_back(keys[k].T_map_robot);
   corrections_.push_back(
       {keys[at].scan,
@@ -59,7 +59,7 @@ void Hybrid::close(std::size_t visit, const Place& place) {
        {}});
   const auto loop = std::span(steps).subspan(first);
   start_move(first, share_out(before.poses, loop, place.T_map_robot), true);
-  anchors_[at] = visit;
+  stand_on(visit);
   begin_anew(place);
   snapshot_ = std::move(before);
   rumour_.reset(), told_ = 0;
@@ -84,6 +84,7 @@ void Hybrid::take_back() {
   corrections_.back().undone = keys.back().scan;
   quiet_ = {keys[before.first].T_map_robot.translation(), driven() + options_.quiet};
   particles_ = std::move(before.particles);
+  doubt_ = {spreads_[before.ground], before.ground};
   for (std::size_t k = before.at + 1; k < keys.size(); ++k) {
     const Pose2 step = between(keys[k - 1].T_front_robot, keys[k].T_front_robot);
     before.poses.push_back(before.poses.back() * step);
