@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Figure 17 of the thesis: an office building mapped scan by scan, each at its most likely place,
-// with no doubt stored and no loop closed; and how far off that is.
+// with no doubt stored; beside it by the hybrid, whose particles know by how much that may be off.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +14,8 @@
 #include "majak/sim/buildings.hpp"
 #include "majak/sim/simulator.hpp"
 #include "majak/sim/tour.hpp"
+#include "majak/slam/hybrid.hpp"
+#include "majak/slam/incremental_ml.hpp"
 
 namespace majak::draw {
 namespace {
@@ -39,41 +41,80 @@ std::vector<Point> over_way(const std::vector<Pose2>& truth, const std::vector<d
   return simplify(points, 0.05);
 }
 
+/// The hybrid's map and what it knew on the way.
+struct HybridRun {
+  slam::Mapping mapping;
+  std::vector<double> spread;    ///< m, of the particles at each scan, one sigma
+  std::vector<Point> particles;  ///< at some scans, in the map as it then was
+};
+
+HybridRun run_hybrid(const std::vector<Event>& events, const Pose2& T_world_start) {
+  constexpr std::size_t kEach = 250;  // scans between two sets that are drawn
+  HybridRun run;
+  slam::Hybrid hybrid({}, {}, {});
+  for (const Event& event : events) {
+    if (!hybrid.add(event)) continue;
+    run.spread.push_back(hybrid.widest());
+    if (run.spread.size() % kEach != 0) continue;
+    for (const Pose2& p : hybrid.particles())
+      run.particles.push_back(point((T_world_start * p).translation()));
+  }
+  run.mapping = hybrid.finish();
+  run.spread.resize(run.mapping.site.scans.size(), run.spread.back());
+  return run;
+}
+
+Panel map_of(const Box& place, const sim::World& world, const MappedDrive& drive,
+             const std::vector<Pose2>& poses, const char* name) {
+  const std::vector<double> errors = place_errors(drive, poses);
+  Panel map = plan_of(place);
+  map.title = fmt::format("{}: {:.0f} cm off (rms), {:.0f} cm at most", name, 100 * rms(errors),
+                          100 * *std::max_element(errors.begin(), errors.end()));
+  add_plan(map.marks, world, {ink::light, 3});
+  map.marks.emplace_back(Dots{map_cells(drive, poses, 0, poses.size(), 0.1), 0.8, ink::blue});
+  map.marks.emplace_back(Polyline{way_through(poses), {ink::green, 1.4}});
+  return map;
+}
+
 }  // namespace
 
 Figure figure_office(const std::vector<Event>&) {
   const sim::World world(sim::building());
-  const MappedDrive drive = map_drive(sim::simulate(world, sim::plan_tour(world), {}), {});
-  const std::vector<double> matching = place_errors(drive, drive.matching);
-  const std::vector<double> closed = place_errors(drive, drive.closed);
+  const std::vector<Event> events = sim::simulate(world, sim::plan_tour(world), {});
+  const MappedDrive drive = map_drive(events, {});
+  slam::IncrementalMl incremental({}, {}, {});
+  for (const Event& event : events) incremental.add(event);
+  const std::vector<Pose2> alone = laid_on_truth(drive, incremental.finish().site);
+  const HybridRun run = run_hybrid(events, drive.truth.front());
+  const std::vector<Pose2> hybrid = laid_on_truth(drive, run.mapping.site);
   Figure figure{.width = 1300,
                 .height = 780,
-                .title = "An office building mapped scan by scan, no loop closed"};
+                .title = "An office building, scan by scan and with particles for its loops"};
   const Box all = figure.whole();
   const double half = all.width / 2, split = 450;
 
-  Panel truth = plan_of({0, all.top, half, split});
-  truth.title = "Truth, and the way driven";
-  add_plan(truth.marks, world, {ink::black, 1.4});
-  truth.marks.emplace_back(Polyline{way_through(drive.truth), {ink::green, 1.4}});
-
-  Panel map = plan_of({half, all.top, half, split});
-  map.title =
-      fmt::format("Map by matching alone: {:.0f} cm off (rms), {:.0f} cm at most",
-                  100 * rms(matching), 100 * *std::max_element(matching.begin(), matching.end()));
-  add_plan(map.marks, world, {ink::light, 3});
-  map.marks.emplace_back(
-      Dots{map_cells(drive, drive.matching, 0, drive.truth.size(), 0.1), 0.8, ink::blue});
-  map.marks.emplace_back(Polyline{way_through(drive.matching), {ink::green, 1.4}});
+  figure.panels.push_back(map_of({0, all.top, half, split}, world, drive, alone, "Incremental"));
+  Panel map = map_of({half, all.top, half, split}, world, drive, hybrid, "Hybrid");
+  map.marks.emplace_back(Dots{run.particles, 1.2, ink::orange});
+  std::vector<Point> found;
+  for (const slam::LoopCorrection& c : run.mapping.corrections)
+    found.push_back(point(hybrid[c.scan].translation()));
+  map.marks.emplace_back(Dots{found, 4, ink::red});
+  map.legend = {{"particles now and then", {}, ink::orange},
+                {"found on old ground, and corrected", {}, ink::red}};
+  figure.panels.push_back(std::move(map));
 
   Panel error{.place = {0, all.top + split, all.width, all.height - split},
               .x = {"distance driven (m)", 0},
               .y = {"error of the place (cm)", 0},
               .equal = false};
-  error.marks = {Polyline{over_way(drive.truth, matching), {ink::blue, 2}},
-                 Polyline{over_way(drive.truth, closed), {ink::orange, 2}}};
-  error.legend = {{"scan by scan", Pen{ink::blue, 2}}, {"with loops closed", Pen{ink::orange, 2}}};
-  figure.panels = {std::move(truth), std::move(map), std::move(error)};
+  error.marks = {Polyline{over_way(drive.truth, place_errors(drive, alone)), {ink::blue, 2}},
+                 Polyline{over_way(drive.truth, place_errors(drive, hybrid)), {ink::green, 2}},
+                 Polyline{over_way(drive.truth, run.spread), {ink::orange, 1.4}}};
+  error.legend = {{"incremental", Pen{ink::blue, 2}},
+                  {"hybrid, in the end", Pen{ink::green, 2}},
+                  {"spread of its particles on the way", Pen{ink::orange, 1.4}}};
+  figure.panels.push_back(std::move(error));
   return figure;
 }
 

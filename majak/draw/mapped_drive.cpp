@@ -32,6 +32,13 @@ MappedDrive map_drive(const std::vector<Event>& events, const slam::GraphSlamOpt
   return drive;
 }
 
+std::vector<Pose2> laid_on_truth(const MappedDrive& drive, const Site& site) {
+  const Pose2 T_world_map = drive.truth.front() * site.scans.front().estimate.T_map_robot.inverse();
+  std::vector<Pose2> poses;
+  for (const PosedScan& s : site.scans) poses.push_back(T_world_map * s.estimate.T_map_robot);
+  return poses;
+}
+
 std::vector<double> place_errors(const MappedDrive& drive, std::span<const Pose2> poses) {
   std::vector<double> errors;
   for (std::size_t i = 0; i < poses.size(); ++i)

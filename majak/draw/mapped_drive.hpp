@@ -26,6 +26,9 @@ struct MappedDrive {
 /// `events` with a Truth for every scan, as simulators write them.
 MappedDrive map_drive(const std::vector<Event>& events, const slam::GraphSlamOptions& options);
 
+/// The poses of another map of the same scans, laid on the true way where it begins.
+std::vector<Pose2> laid_on_truth(const MappedDrive& drive, const Site& site);
+
 /// How far each pose is from its true place, m.
 std::vector<double> place_errors(const MappedDrive& drive, std::span<const Pose2> poses);
 

@@ -154,7 +154,6 @@ void Hybrid::spread(std::size_t k) {
   steps_.push_back(drift.covariance + alike * by_wheels * by_wheels.transpose());
 }
 
-// Standard deviation of the particles' places in the direction in which they are spread most.
 double Hybrid::widest() const {
   Vec2 mean = Vec2::Zero();
   for (const Pose2& p : particles_) mean += p.translation();

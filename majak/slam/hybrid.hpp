@@ -62,6 +62,8 @@ class Hybrid {
 
   /// Where the robot may be at the newest key scan, T_map_robot.
   const std::vector<Pose2>& particles() const { return particles_; }
+  /// Standard deviation of their places in the direction in which they are spread most, m.
+  double widest() const;
   /// Closures so far.
   const std::vector<LoopCorrection>& corrections() const { return corrections_; }
   /// Key scans of the last add() that were moved or drawn anew.
@@ -102,7 +104,6 @@ class Hybrid {
   void take_key();
   void begin();
   void spread(std::size_t key);
-  double widest() const;
   Mat3 ground_doubt() const;
   void stand_on(std::size_t visit);
   std::vector<Pose2> tries() const;
