@@ -17,6 +17,7 @@ namespace {
 constexpr double kShared = 0.25;       // of a match's information, as in slam/chain
 constexpr double kHeldShare = 0.01;    // information in the weak direction over the strong one
 constexpr double kHeldTogether = 100;  // neighbours on the same old ground: their errors agree
+constexpr double kHeldReach = 0.03;    // m, by which tracking may move the robot, however sure
 constexpr double kOneScale = 20;       // m of way over which the wheels' scale errs alike
 constexpr std::uint64_t kStreams = std::uint64_t{1} << 40;  // of random numbers, for each purpose
 constexpr std::size_t kLocalPoints = 400;
@@ -56,6 +57,24 @@ bool holds_all_round(const Mat3& information) {
 bool same_place(const Pose2& a, const Pose2& b, double reach) {
   const Pose2 off = between(a, b);
   return std::hypot(off.x, off.y) < reach && std::abs(off.theta) < kAgreedTurn;
+}
+
+/// Share of the points that lie within `gate` m of a surface that was seen from the same side: a
+/// wall's other face is not the wall.
+double share_facing(const match::ScanPoints& points, const map::SurfelMap& map,
+                    const Pose2& T_map_robot, double gate) {
+  const double c = std::cos(T_map_robot.theta), s = std::sin(T_map_robot.theta);
+  int on = 0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const double x = c * points.x[k] - s * points.y[k] + T_map_robot.x;
+    const double y = s * points.x[k] + c * points.y[k] + T_map_robot.y;
+    const auto i = map.nearest(static_cast<float>(x), static_cast<float>(y));
+    if (i == map::SurfelMap::kNone) continue;
+    const map::Surfel& surfel = map.surfel(i);
+    const double nx = c * points.nx[k] - s * points.ny[k], ny = s * points.nx[k] + c * points.ny[k];
+    on += std::hypot(x - surfel.x, y - surfel.y) < gate && nx * surfel.nx + ny * surfel.ny >= 0;
+  }
+  return points.size() > 0 ? static_cast<double>(on) / static_cast<double>(points.size()) : 0;
 }
 
 /// Does the beam from `laser` to `end` (map frame) pass through a surface well before its end?
@@ -111,7 +130,8 @@ void Hybrid::take_key() {
   }
   if (move_) return;
   draw_old();
-  if (widest() < options_.narrow && hold(k, map_)) {
+  const double sigma = widest();
+  if (sigma < options_.narrow && hold(k, map_, kHeldReach + 3 * sigma)) {
     const KeyScan& key = chain_.keys()[k];
     narrow(key.T_map_robot, key.match_information.inverse());
     if (widest() < options_.narrow) stand_on(visit_at(key.T_map_robot));
@@ -185,16 +205,18 @@ void Hybrid::draw_old() {
     match::add_to(map_, keys[drawn_].points, keys[drawn_].T_map_robot);
 }
 
-// Incremental maximum likelihood on old ground; false where there is none.
-bool Hybrid::hold(std::size_t k, const map::SurfelMap& map) {
+// Incremental maximum likelihood on old ground; false where there is none, or where it would move
+// the robot farther than it can be off.
+bool Hybrid::hold(std::size_t k, const map::SurfelMap& map, double reach) {
   KeyScan& key = chain_.keys()[k];
   const double gate = options_.align.gate;
-  if (match::share_on(key.points, map, key.T_map_robot, gate) < options_.old_share) return false;
+  if (share_facing(key.points, map, key.T_map_robot, gate) < options_.old_share) return false;
   match::PosePrior prior{key.T_map_robot, Mat3::Zero()};
   const Vec3 sigma(options_.way_sigma, options_.way_sigma, options_.turn_sigma);
   prior.information.diagonal() = sigma.cwiseAbs2().cwiseInverse();
   const match::Match match = match::align(key.points, map, prior, options_.align);
-  if (match.score < options_.old_share) return false;
+  if (share_facing(key.points, map, match.T_map_robot, kNearMap) < options_.old_share) return false;
+  if (!same_place(key.T_map_robot, match.T_map_robot, reach)) return false;
   key.T_map_robot = match.T_map_robot;
   held_[k] = 1;
   if (k > 0 && held_[k - 1])
@@ -230,7 +252,7 @@ void Hybrid::begin_anew(const Place& place) {
 
 Hybrid::Fit Hybrid::fit_of(const match::ScanPoints& points, const Pose2& T_map_robot) const {
   const Vec2 laser = T_map_robot * points.laser;
-  Fit fit{match::share_on(points, map_, T_map_robot, kOnMap), 0};
+  Fit fit{share_facing(points, map_, T_map_robot, kOnMap), 0};
   int all = 0, through = 0;
   for (std::size_t i = 0; i < points.size(); i += 2, ++all)
     through += passes_through(map_, laser, T_map_robot * Vec2(points.x[i], points.y[i]));
@@ -303,7 +325,7 @@ std::vector<match::Match> Hybrid::matches_of_particles(const match::ScanPoints& 
   double best = 0;
   const std::vector<Pose2> tried = tries();
   for (const Pose2& p : tried) {
-    const double share = match::share_on(points, map_, p, kNearMap);
+    const double share = share_facing(points, map_, p, kNearMap);
     best = std::max(best, share);
     log_weights.push_back(kIndependent * share);
   }
@@ -323,12 +345,15 @@ std::vector<match::Match> Hybrid::matches_of_particles(const match::ScanPoints& 
 }
 
 std::optional<Hybrid::Place> Hybrid::place_agreed_on() const {
-  const auto matches = matches_of_particles(local_map());
+  const match::ScanPoints points = local_map();
+  const auto matches = matches_of_particles(points);
   if (matches.empty()) return std::nullopt;
   const auto best =
       std::max_element(matches.begin(), matches.end(),
                        [](const auto& a, const auto& b) { return a.score < b.score; });
-  if (best->score < options_.old_share || !holds_all_round(best->information)) return std::nullopt;
+  if (share_facing(points, map_, best->T_map_robot, kNearMap) < options_.old_share ||
+      !holds_all_round(best->information))
+    return std::nullopt;
   int votes = 0, against = 0;
   for (const match::Match& m : matches)
     if (m.score > best->score - kTie) {

@@ -108,7 +108,7 @@ class Hybrid {
   void stand_on(std::size_t visit);
   std::vector<Pose2> tries() const;
   void draw_old();
-  bool hold(std::size_t key, const map::SurfelMap& map);
+  bool hold(std::size_t key, const map::SurfelMap& map, double reach);
   void narrow(const Pose2& T_map_robot, const Mat3& covariance);
   void begin_anew(const Place& place);
   Fit fit_of(const match::ScanPoints& points, const Pose2& T_map_robot) const;

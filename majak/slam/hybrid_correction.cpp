@@ -10,9 +10,10 @@
 namespace majak::slam {
 namespace {
 
-constexpr double kSamePlace = 1.0;  // m
-constexpr double kJudged = 4;       // m of way over which the fit since a closure is averaged
-constexpr double kEvidence = 0.2;   // share of returns that must meet old ground to judge by
+constexpr double kMovedReach = 0.1;  // m, by which matching may better a corrected pose
+constexpr double kSamePlace = 1.0;   // m
+constexpr double kJudged = 4;        // m of way over which the fit since a closure is averaged
+constexpr double kEvidence = 0.2;    // share of returns that must meet old ground to judge by
 
 }  // namespace
 
@@ -130,7 +131,7 @@ void Hybrid::rework(std::size_t k) {
   if (k > move_->at)
     keys[k].T_map_robot =
         keys[k - 1].T_map_robot * between(keys[k - 1].T_front_robot, keys[k].T_front_robot);
-  if (move_->refine) hold(k, move_->map);
+  if (move_->refine) hold(k, move_->map, kMovedReach);
 }
 
 }  // namespace majak::slam
