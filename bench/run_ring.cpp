@@ -2,6 +2,8 @@
 // Do the ends of a ring meet? Many simulated laps, each mapped by several methods.
 //   run_ring [--world W] [--methods A,B] [--seeds N] [--first N] [--long] [--set OPTION=VALUE]...
 //            [--laser M] [--slip S] [--each] [--threads N]
+//   run_ring --latency PREFIX [--first N]: what the hybrid's correction costs in rings of many
+//     sizes, at once and bounded; PREFIX.svg and PREFIX.png
 // The gap: how far the pose at the end of the lap is off, seen from the pose at the same place a
 // lap before; "anywhere": at most over all places that are passed again. The robot: worn wheels, a
 // laser of 8 m range.
@@ -15,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/picture.hpp"
 #include "majak/core/error.hpp"
 #include "majak/core/parallel.hpp"
 #include "majak/eval/ate_rpe.hpp"
@@ -23,6 +26,7 @@
 #include "majak/sim/buildings.hpp"
 #include "majak/sim/simulator.hpp"
 #include "majak/sim/tour.hpp"
+#include "majak/slam/hybrid.hpp"
 
 namespace majak::bench {
 namespace {
@@ -30,7 +34,7 @@ namespace {
 constexpr double kClosed = 0.1;  // m
 
 struct Run {
-  std::string world = "bare_ring";
+  std::string world = "bare_ring", latency;
   std::vector<std::string> methods;
   int seeds = 50, first = 1, threads = 1;
   bool long_tour = false, each = false;
@@ -62,6 +66,7 @@ Run parse(int argc, char** argv) {
     if (i + 1 == argc) throw Error(a + ": a value is missing");
     const std::string value = argv[++i];
     if (a == "--world") run.world = value;
+    if (a == "--latency") run.latency = value;
     if (a == "--methods") run.methods = split(value);
     if (a == "--seeds") run.seeds = std::atoi(value.c_str());
     if (a == "--first") run.first = std::atoi(value.c_str());
@@ -228,13 +233,81 @@ void print(const Run& run, const std::vector<std::vector<Score>>& scores) {
   }
 }
 
+/// Of the add() that corrected most.
+struct Latency {
+  double loop = 0;  ///< m
+  double ms = 0;
+  std::size_t touched = 0;
+};
+
+Latency latency_of(const std::vector<Event>& events, slam::HybridOptions options, int bound) {
+  options.latency_keys = bound;
+  slam::Hybrid hybrid({}, options, {1});
+  Latency latency;
+  for (const Event& event : events) {
+    const double before = cpu_seconds();
+    hybrid.add(event);
+    latency.ms = std::max(latency.ms, 1e3 * (cpu_seconds() - before));
+    latency.touched = std::max(latency.touched, hybrid.touched());
+  }
+  if (!hybrid.corrections().empty()) latency.loop = hybrid.corrections()[0].way;
+  return latency;
+}
+
+draw::Panel latency_panel(const draw::Figure& figure, int side, const char* label) {
+  const draw::Box all = figure.whole();
+  return {.place = {side * all.width / 2, all.top, all.width / 2, all.height},
+          .x = {"length of the loop (m)", 0},
+          .y = {label, 0},
+          .equal = false};
+}
+
+void measure_latency(const Run& run) {
+  constexpr int kBound = 20;
+  draw::Figure figure{.width = 1000, .height = 420, .title = "What a correction costs at once"};
+  draw::Panel touched = latency_panel(figure, 0, "key scans moved and drawn anew"),
+              time = latency_panel(figure, 1, "CPU of the longest add (ms)");
+  fmt::print(
+      "| loop (m) | at once: key scans, ms | at most {} a scan: key scans, ms |\n|---|---|---|\n",
+      kBound);
+  std::vector<draw::Point> lines[4];
+  for (const double length : {24.0, 40.0, 60.0, 90.0, 120.0}) {
+    const sim::World world(sim::bare_ring(length, std::max(20.0, length * 2 / 3)));
+    const auto events = sim::simulate(world, sim::plan_tour(world, {.short_tour = true}),
+                                      worn_robot(run, run.first));
+    const Latency whole = latency_of(events, run.mapping.hybrid, 0),
+                  bounded = latency_of(events, run.mapping.hybrid, kBound);
+    fmt::print("| {:.0f} | {}, {:.1f} | {}, {:.1f} |\n", whole.loop, whole.touched, whole.ms,
+               bounded.touched, bounded.ms);
+    lines[0].push_back({whole.loop, static_cast<double>(whole.touched)});
+    lines[1].push_back({whole.loop, static_cast<double>(bounded.touched)});
+    lines[2].push_back({whole.loop, whole.ms});
+    lines[3].push_back({whole.loop, bounded.ms});
+  }
+  const draw::Colour inks[] = {draw::ink::blue, draw::ink::orange};
+  for (int i = 0; i < 4; ++i) {
+    draw::Panel& panel = i < 2 ? touched : time;
+    panel.marks.emplace_back(draw::Polyline{lines[i], {inks[i % 2], 2}});
+    panel.marks.emplace_back(draw::Dots{lines[i], 3.5, inks[i % 2]});
+  }
+  for (draw::Panel* panel : {&touched, &time}) {
+    panel->legend = {{"all at once", draw::Pen{draw::ink::blue, 2}},
+                     {fmt::format("at most {} a scan", kBound), draw::Pen{draw::ink::orange, 2}}};
+    figure.panels.push_back(*panel);
+  }
+  write_picture(run.latency, figure);
+}
+
 }  // namespace
 }  // namespace majak::bench
 
 int main(int argc, char** argv) {
   try {
     const auto run = majak::bench::parse(argc, argv);
-    majak::bench::print(run, majak::bench::score_all(run));
+    if (!run.latency.empty())
+      majak::bench::measure_latency(run);
+    else
+      majak::bench::print(run, majak::bench::score_all(run));
   } catch (const majak::Error& error) {
     fmt::print(stderr, "run_ring: {}\n", error.what());
     return 1;

@@ -26,7 +26,7 @@ struct HybridOptions {
   int seed = 1;
   int particles = 400;
   double old_way = 12;          ///< m driven since: such ground is old, and on the map
-  int local_map_keys = 24;      ///< of the newest key scans, held together against the old ground
+  int local_map_keys = 14;      ///< of the newest key scans, held together against the old ground
   double look_every = 0.75;     ///< m, between two looks whether the ground is old
   double narrow = 0.12;         ///< m, a spread below which the robot is tracked on old ground
   double old_share = 0.6;       ///< share of returns on the map that makes the ground old
