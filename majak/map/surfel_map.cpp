@@ -9,34 +9,52 @@
 
 namespace majak::map {
 
-SurfelMap::SurfelMap(const SurfelMapOptions& options)
+template <class Arrays>
+BasicSurfelMap<Arrays>::BasicSurfelMap(const SurfelMapOptions& options)
     : options_(options), inverse_cell_(static_cast<float>(1.0 / options.cell)) {
   clear();
 }
 
-void SurfelMap::clear() {
+template <class Arrays>
+void BasicSurfelMap<Arrays>::clear() {
   blocks_wide_ = blocks_high_ = 0;
   blocks_.assign(1, 0);
   tiles_.assign(kTilesInBlock, 0);
-  nearest_.assign(kCellsInTile, kNone);
-  distance2_.assign(kCellsInTile, 0.0F);
+  nearest_.clear();
+  nearest_.resize(kCellsInTile, kNone);
+  distance2_.clear();
+  distance2_.resize(kCellsInTile, 0.0F);
   surfels_.clear();
   count_.clear();
   behind_.clear();
 }
 
-std::size_t SurfelMap::bytes() const {
-  return (blocks_.capacity() + tiles_.capacity()) * sizeof(std::int32_t) +
-         nearest_.capacity() * (sizeof(std::uint32_t) + sizeof(float)) +
-         surfels_.capacity() * (sizeof(Surfel) + sizeof(float) + sizeof(std::uint32_t));
+template <class Arrays>
+std::size_t BasicSurfelMap<Arrays>::tables_bytes() const {
+  return (blocks_.capacity() + tiles_.capacity()) * sizeof(std::int32_t);
 }
 
-MAJAK_VECTORIZED void SurfelMap::nearest(const float* x, const float* y, std::size_t n,
-                                         std::uint32_t* surfel) const {
+template <class Arrays>
+std::size_t BasicSurfelMap<Arrays>::bytes() const {
+  return tables_bytes() + Arrays::bytes(nearest_) + Arrays::bytes(distance2_) +
+         Arrays::bytes(surfels_) + Arrays::bytes(count_) + Arrays::bytes(behind_);
+}
+
+template <class Arrays>
+double BasicSurfelMap<Arrays>::share_of_bytes() const requires std::same_as<Arrays, SharedArrays> {
+  return static_cast<double>(tables_bytes()) + nearest_.share_of_bytes() +
+         distance2_.share_of_bytes() + surfels_.share_of_bytes() + count_.share_of_bytes() +
+         behind_.share_of_bytes();
+}
+
+template <class Arrays>
+MAJAK_VECTORIZED void BasicSurfelMap<Arrays>::nearest(const float* x, const float* y, std::size_t n,
+                                                      std::uint32_t* surfel) const {
   for (std::size_t i = 0; i < n; ++i) surfel[i] = nearest(x[i], y[i]);
 }
 
-void SurfelMap::add(float x, float y, float nx, float ny) {
+template <class Arrays>
+void BasicSurfelMap<Arrays>::add(float x, float y, float nx, float ny) {
   const auto merge2 = static_cast<float>(options_.merge_radius * options_.merge_radius);
   // Both sides of a thin wall, or the sides of an edge, are surfaces of their own in one place:
   // what was put behind a surfel is asked in turn. After the last of them no further one is begun
@@ -51,7 +69,7 @@ void SurfelMap::add(float x, float y, float nx, float ny) {
     if (same_side || sides == kMostSides) return merge(at, x, y, nx, ny);
     const std::uint32_t behind = behind_[at];
     if (behind == kNone) {
-      behind_[at] = static_cast<std::uint32_t>(surfels_.size());
+      Arrays::write(behind_, at) = static_cast<std::uint32_t>(surfels_.size());
       break;
     }
     at = behind;
@@ -62,9 +80,10 @@ void SurfelMap::add(float x, float y, float nx, float ny) {
   stamp(static_cast<std::uint32_t>(surfels_.size() - 1));
 }
 
-void SurfelMap::merge(std::uint32_t index, float x, float y, float nx, float ny) {
-  Surfel& s = surfels_[index];
-  float& count = count_[index];
+template <class Arrays>
+void BasicSurfelMap<Arrays>::merge(std::uint32_t index, float x, float y, float nx, float ny) {
+  Surfel& s = Arrays::write(surfels_, index);
+  float& count = Arrays::write(count_, index);
   const float gain = 1.0F / (count + 1.0F);
   s.x += gain * (x - s.x);
   s.y += gain * (y - s.y);
@@ -76,7 +95,8 @@ void SurfelMap::merge(std::uint32_t index, float x, float y, float nx, float ny)
   count = std::min(count + 1.0F, static_cast<float>(options_.max_count));
 }
 
-MAJAK_VECTORIZED void SurfelMap::stamp(std::uint32_t index) {
+template <class Arrays>
+MAJAK_VECTORIZED void BasicSurfelMap<Arrays>::stamp(std::uint32_t index) {
   const Surfel s = surfels_[index];
   const auto cell = static_cast<float>(options_.cell), reach = static_cast<float>(options_.reach);
   const int x0 = cell_of(s.x - reach), x1 = cell_of(s.x + reach);
@@ -89,8 +109,8 @@ MAJAK_VECTORIZED void SurfelMap::stamp(std::uint32_t index) {
       for (int iy = std::max(y0, by); iy <= std::min(y1, by + kTileSize - 1); ++iy) {
         const float dy = (static_cast<float>(iy) + 0.5F) * cell - s.y;
         const std::size_t row = tile + static_cast<std::size_t>(in_tile(first, iy));
-        float* distance2 = &distance2_[row];
-        std::uint32_t* nearest = &nearest_[row];
+        float* distance2 = &Arrays::write(distance2_, row);
+        std::uint32_t* nearest = &Arrays::write(nearest_, row);
         for (int k = 0; k <= last - first; ++k) {
           const float dx = (static_cast<float>(first + k) + 0.5F) * cell - s.x;
           const float d2 = dx * dx + dy * dy;
@@ -103,7 +123,8 @@ MAJAK_VECTORIZED void SurfelMap::stamp(std::uint32_t index) {
   }
 }
 
-std::size_t SurfelMap::tile_begin(int tile_x, int tile_y) {
+template <class Arrays>
+std::size_t BasicSurfelMap<Arrays>::tile_begin(int tile_x, int tile_y) {
   const int block_x = tile_x >> kBlockBits, block_y = tile_y >> kBlockBits;
   if (block_x < block_x0_ || block_x >= block_x0_ + blocks_wide_ || block_y < block_y0_ ||
       block_y >= block_y0_ + blocks_high_)
@@ -128,7 +149,8 @@ std::size_t SurfelMap::tile_begin(int tile_x, int tile_y) {
 
 // The rectangle of blocks grows by half on the side where it must; behind its end is one for all
 // that lies outside.
-void SurfelMap::grow(int block_x, int block_y) {
+template <class Arrays>
+void BasicSurfelMap<Arrays>::grow(int block_x, int block_y) {
   int x0 = block_x0_, y0 = block_y0_, x1 = x0 + blocks_wide_, y1 = y0 + blocks_high_;
   if (blocks_wide_ == 0) {
     x0 = block_x, y0 = block_y, x1 = block_x + 1, y1 = block_y + 1;
@@ -151,5 +173,8 @@ void SurfelMap::grow(int block_x, int block_y) {
   block_x0_ = x0, block_y0_ = y0;
   blocks_wide_ = x1 - x0, blocks_high_ = y1 - y0;
 }
+
+template class BasicSurfelMap<OwnArrays>;
+template class BasicSurfelMap<SharedArrays>;
 
 }  // namespace majak::map

@@ -56,7 +56,8 @@ MAJAK_VECTORIZED void transform(const ScanPoints& points, const Pose2& pose, Pai
 }
 
 // Points without a surface (poles, legs) are few: they are summed here and leave the arrays.
-void look_up(const map::SurfelMap& map, std::size_t n, float gate2, float inv_cauchy2, Pairs& p,
+template <class Map>
+void look_up(const Map& map, std::size_t n, float gate2, float inv_cauchy2, Pairs& p,
              NormalEquations& sum) {
   map.nearest(p.mx.data(), p.my.data(), n, p.surfel.data());
   for (std::size_t i = 0; i < n; ++i) {
@@ -113,8 +114,9 @@ MAJAK_VECTORIZED void accumulate(const Pairs& p, std::size_t n, float inv_cauchy
   sum.cost += t[10];
 }
 
-NormalEquations collect(const ScanPoints& points, const map::SurfelMap& map, const Pose2& pose,
-                        float gate, const AlignOptions& options, Pairs& pairs) {
+template <class Map>
+NormalEquations collect(const ScanPoints& points, const Map& map, const Pose2& pose, float gate,
+                        const AlignOptions& options, Pairs& pairs) {
   NormalEquations sum;
   const bool settled = gate <= static_cast<float>(options.final_gate);
   const auto cauchy = static_cast<float>(settled ? options.cauchy : options.first_cauchy);
@@ -124,6 +126,18 @@ NormalEquations collect(const ScanPoints& points, const map::SurfelMap& map, con
   const Pose2 turn{0, 0, pose.theta};
   accumulate(pairs, points.size(), inv_cauchy2, turn * points.laser, options.noise, sum);
   return sum;
+}
+
+// Near things are hit by many beams, a person in front by half of them, and near things move.
+Pairs pairs_of(const ScanPoints& points, const AlignOptions& options) {
+  Pairs pairs;
+  pairs.resize(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const float range = std::sqrt(points.x[i] * points.x[i] + points.y[i] * points.y[i]);
+    const float near = std::min(1.0F, range / static_cast<float>(options.full_range));
+    pairs.share[i] = near * near;
+  }
+  return pairs;
 }
 
 }  // namespace
@@ -174,21 +188,15 @@ Mat3 without_normal_noise(const Mat3& information) {
   return s;
 }
 
-Match align(const ScanPoints& points, const map::SurfelMap& map, const PosePrior& prior,
+template <class Map>
+Match align(const ScanPoints& points, const Map& map, const PosePrior& prior,
             const AlignOptions& options) {
   Match match;
   match.T_map_robot = prior.T_map_robot;
   const double inv_sigma2 = 1.0 / (options.sigma * options.sigma);
   double gate = options.gate;
   NormalEquations sum;
-  Pairs pairs;
-  pairs.resize(points.size());
-  // Near things are hit by many beams, a person in front by half of them, and near things move.
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const float range = std::sqrt(points.x[i] * points.x[i] + points.y[i] * points.y[i]);
-    const float near = std::min(1.0F, range / static_cast<float>(options.full_range));
-    pairs.share[i] = near * near;
-  }
+  Pairs pairs = pairs_of(points, options);
   for (match.iterations = 0; match.iterations < options.max_iterations;) {
     ++match.iterations;
     sum = collect(points, map, match.T_map_robot, static_cast<float>(gate), options, pairs);
@@ -219,5 +227,36 @@ Match align(const ScanPoints& points, const map::SurfelMap& map, const PosePrior
       points.size() > 0 ? static_cast<double>(sum.inliers) / static_cast<double>(points.size()) : 0;
   return match;
 }
+
+template <class Map>
+double log_likelihood(const ScanPoints& points, const Map& map, const Pose2& T_map_robot,
+                      const AlignOptions& options) {
+  Pairs pairs = pairs_of(points, options);
+  transform(points, T_map_robot, pairs);
+  map.nearest(pairs.mx.data(), pairs.my.data(), points.size(), pairs.surfel.data());
+  const auto gate2 = static_cast<float>(options.final_gate * options.final_gate);
+  const double cauchy2 = options.cauchy * options.cauchy;
+  double sum = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    float off2 = gate2;
+    if (pairs.surfel[i] != map::SurfelMap::kNone) {
+      const map::Surfel& f = map.surfel(pairs.surfel[i]);
+      const float dx = pairs.mx[i] - f.x, dy = pairs.my[i] - f.y, d2 = dx * dx + dy * dy;
+      const float across = f.nx * dx + f.ny * dy;
+      if (d2 < gate2) off2 = f.nx != 0 || f.ny != 0 ? across * across : d2;
+    }
+    sum -= pairs.share[i] * std::log1p(off2 / cauchy2);
+  }
+  return 0.5 * cauchy2 / (options.sigma * options.sigma) * sum;
+}
+
+template Match align(const ScanPoints&, const map::SurfelMap&, const PosePrior&,
+                     const AlignOptions&);
+template Match align(const ScanPoints&, const map::SharedSurfelMap&, const PosePrior&,
+                     const AlignOptions&);
+template double log_likelihood(const ScanPoints&, const map::SurfelMap&, const Pose2&,
+                               const AlignOptions&);
+template double log_likelihood(const ScanPoints&, const map::SharedSurfelMap&, const Pose2&,
+                               const AlignOptions&);
 
 }  // namespace majak::match

@@ -68,8 +68,16 @@ int count_across(const ScanPoints& points, const map::SurfelMap& map, const Pose
 Mat3 without_normal_noise(const Mat3& information);
 
 /// Least-squares pose of `points` on `map`, started at prior.T_map_robot and held by its
-/// information where the pairs say nothing.
-Match align(const ScanPoints& points, const map::SurfelMap& map, const PosePrior& prior,
+/// information where the pairs say nothing. Map: SurfelMap or SharedSurfelMap.
+template <class Map>
+Match align(const ScanPoints& points, const Map& map, const PosePrior& prior,
             const AlignOptions& options);
+
+/// What align() climbs, without the prior: logarithm of the returns' likelihood at a pose, 0 where
+/// all lie on surfaces; a return off the map costs as much as one at final_gate. As if returns were
+/// independent of each other.
+template <class Map>
+double log_likelihood(const ScanPoints& points, const Map& map, const Pose2& T_map_robot,
+                      const AlignOptions& options);
 
 }  // namespace majak::match

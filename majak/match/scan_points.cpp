@@ -174,7 +174,8 @@ ScanPoints without_lone_things(const ScanPoints& points, double size, double dep
   return kept;
 }
 
-void add_to(map::SurfelMap& map, const ScanPoints& points, const Pose2& T_map_robot) {
+template <class Map>
+void add_to(Map& map, const ScanPoints& points, const Pose2& T_map_robot) {
   const auto c = static_cast<float>(std::cos(T_map_robot.theta)),
              s = static_cast<float>(std::sin(T_map_robot.theta));
   const auto px = static_cast<float>(T_map_robot.x), py = static_cast<float>(T_map_robot.y);
@@ -184,5 +185,8 @@ void add_to(map::SurfelMap& map, const ScanPoints& points, const Pose2& T_map_ro
             c * points.nx[i] - s * points.ny[i], s * points.nx[i] + c * points.ny[i]);
   }
 }
+
+template void add_to(map::SurfelMap&, const ScanPoints&, const Pose2&);
+template void add_to(map::SharedSurfelMap&, const ScanPoints&, const Pose2&);
 
 }  // namespace majak::match

@@ -59,7 +59,8 @@ ScanPoints scan_points(const Scan& scan, const ScanPointsOptions& options, bool 
 /// left out: such things may walk. `depth`: m, by which all beside it must be farther off.
 ScanPoints without_lone_things(const ScanPoints& points, double size = 1.0, double depth = 0.3);
 
-/// Merges points with normals into `map`, seen from T_map_robot.
-void add_to(map::SurfelMap& map, const ScanPoints& points, const Pose2& T_map_robot);
+/// Merges points with normals into `map`, SurfelMap or SharedSurfelMap, seen from T_map_robot.
+template <class Map>
+void add_to(Map& map, const ScanPoints& points, const Pose2& T_map_robot);
 
 }  // namespace majak::match

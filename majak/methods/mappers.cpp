@@ -28,10 +28,15 @@ const MappingMethod kMethods[] = {
      [](const MappingOptions& o, Threads threads) {
        return slam::mapper_of<slam::IncrementalMl>(o.graph_slam.chain, o.incremental_ml, threads);
      }},
-    {"hybrid", "incremental maximum likelihood with pose samples, p. 36", "scans; odometry helps",
+    {"hybrid", "", "incremental maximum likelihood with pose samples, p. 36", "scans; odometry helps",
      "poses without covariance, map; a loop is closed by relocalizing and corrected backwards",
      [](const MappingOptions& o, Threads threads) {
        return slam::mapper_of<slam::Hybrid>(o.graph_slam.chain, o.hybrid, threads);
+     }},
+    {"particles", "", "beyond the thesis: Rao-Blackwellised particles, today's GMapping",
+     "scans; odometry helps", "poses without covariance, map; rings close where particles suffice",
+     [](const MappingOptions& o, Threads threads) {
+       return slam::mapper_of<slam::RaoBlackwellized>(o.graph_slam.chain, o.particles, threads);
      }},
 };
 
@@ -42,6 +47,7 @@ void describe(OptionFields& fields, MappingOptions& o) {
   slam::describe(fields, o.ekf_slam);
   slam::describe(fields, o.incremental_ml);
   slam::describe(fields, o.hybrid);
+  slam::describe(fields, o.particles);
 }
 
 std::span<const MappingMethod> mapping_methods() { return kMethods; }

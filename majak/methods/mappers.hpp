@@ -13,6 +13,7 @@
 #include "majak/slam/hybrid.hpp"
 #include "majak/slam/incremental_ml.hpp"
 #include "majak/slam/mapper.hpp"
+#include "majak/slam/rao_blackwellized.hpp"
 
 namespace majak::methods {
 
@@ -23,6 +24,7 @@ struct MappingOptions {
   slam::IncrementalMlOptions incremental_ml;
   slam::EkfSlamOptions ekf_slam = slam::ekf_for_rooms();
   slam::HybridOptions hybrid;
+  slam::RaoBlackwellizedOptions particles;
 };
 void describe(OptionFields& fields, MappingOptions& options);
 
