@@ -174,6 +174,13 @@ void BasicSurfelMap<Arrays>::grow(int block_x, int block_y) {
   blocks_wide_ = x1 - x0, blocks_high_ = y1 - y0;
 }
 
+void OlderSurfels::nearest(const float* x, const float* y, std::size_t n,
+                           std::uint32_t* surfel) const {
+  map_.nearest(x, y, n, surfel);
+  for (std::size_t i = 0; i < n; ++i)
+    if (surfel[i] >= count_) surfel[i] = SharedSurfelMap::kNone;
+}
+
 template class BasicSurfelMap<OwnArrays>;
 template class BasicSurfelMap<SharedArrays>;
 

@@ -130,6 +130,20 @@ class BasicSurfelMap {
 
 using SurfelMap = BasicSurfelMap<OwnArrays>;
 using SharedSurfelMap = BasicSurfelMap<SharedArrays>;
+
+/// A map as it was known when it had `count` surfels: younger ones are not seen. Those that were
+/// there may have been moved since.
+class OlderSurfels {
+ public:
+  OlderSurfels(const SharedSurfelMap& map, std::uint32_t count) : map_(map), count_(count) {}
+  void nearest(const float* x, const float* y, std::size_t n, std::uint32_t* surfel) const;
+  const Surfel& surfel(std::uint32_t index) const { return map_.surfel(index); }
+
+ private:
+  const SharedSurfelMap& map_;
+  std::uint32_t count_;
+};
+
 extern template class BasicSurfelMap<OwnArrays>;
 extern template class BasicSurfelMap<SharedArrays>;
 

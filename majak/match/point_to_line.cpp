@@ -142,8 +142,8 @@ Pairs pairs_of(const ScanPoints& points, const AlignOptions& options) {
 
 }  // namespace
 
-double share_on(const ScanPoints& points, const map::SurfelMap& map, const Pose2& T_map_robot,
-                double gate) {
+template <class Map>
+double share_on(const ScanPoints& points, const Map& map, const Pose2& T_map_robot, double gate) {
   if (points.size() == 0) return 0;
   Pairs pairs;
   pairs.resize(points.size());
@@ -250,9 +250,13 @@ double log_likelihood(const ScanPoints& points, const Map& map, const Pose2& T_m
   return 0.5 * cauchy2 / (options.sigma * options.sigma) * sum;
 }
 
+template double share_on(const ScanPoints&, const map::SurfelMap&, const Pose2&, double);
+template double share_on(const ScanPoints&, const map::OlderSurfels&, const Pose2&, double);
 template Match align(const ScanPoints&, const map::SurfelMap&, const PosePrior&,
                      const AlignOptions&);
 template Match align(const ScanPoints&, const map::SharedSurfelMap&, const PosePrior&,
+                     const AlignOptions&);
+template Match align(const ScanPoints&, const map::OlderSurfels&, const PosePrior&,
                      const AlignOptions&);
 template double log_likelihood(const ScanPoints&, const map::SurfelMap&, const Pose2&,
                                const AlignOptions&);

@@ -9,6 +9,8 @@
 
 namespace majak::match {
 
+// Map: SurfelMap, SharedSurfelMap or OlderSurfels.
+
 /// Variance of a return off its surface, as shares of AlignOptions::sigma^2: the error along the
 /// beam shows across the surface by the cosine of incidence, that of the surface fully.
 struct ReturnNoise {
@@ -54,8 +56,8 @@ struct Match {
 };
 
 /// Share of the points within `gate` m of a surface of the map; 0 of none.
-double share_on(const ScanPoints& points, const map::SurfelMap& map, const Pose2& T_map_robot,
-                double gate);
+template <class Map>
+double share_on(const ScanPoints& points, const Map& map, const Pose2& T_map_robot, double gate);
 
 /// How many points lie within `gate` m of a surface that stands across `direction` (unit, map
 /// frame): these tell how far a pose is along it.
@@ -68,7 +70,7 @@ int count_across(const ScanPoints& points, const map::SurfelMap& map, const Pose
 Mat3 without_normal_noise(const Mat3& information);
 
 /// Least-squares pose of `points` on `map`, started at prior.T_map_robot and held by its
-/// information where the pairs say nothing. Map: SurfelMap or SharedSurfelMap.
+/// information where the pairs say nothing.
 template <class Map>
 Match align(const ScanPoints& points, const Map& map, const PosePrior& prior,
             const AlignOptions& options);

@@ -55,50 +55,94 @@ std::optional<Estimate> RaoBlackwellized::take_scans() {
 }
 
 void RaoBlackwellized::update(KeyScan& key) {
-  const KeyScans& keys = chain_.keys();
-  const bool first = keys.size() == 1;
-  const Pose2 T_previous_robot =
-      first ? key.T_map_robot : between(keys[keys.size() - 2].T_front_robot, key.T_front_robot);
+  const bool first = steps_.empty();
+  const Mat3 kernel = spread();
+  Step step{{}, parents_, {}};
+  for (const Particle& p : particles_)
+    step.surfels.push_back(static_cast<std::uint32_t>(p.map.surfels().size()));
   parallel_for(threads_, particles_.size(), [&](std::size_t i) {
     if (first)
       particles_[i].T_map_robot = key.T_map_robot;
     else
-      move(key, T_previous_robot, i);
+      move(i, kernel);
     match::add_to(particles_[i].map, key.points, particles_[i].T_map_robot);
   });
-  Step step{{}, parents_};
   for (const Particle& p : particles_) step.poses.push_back(p.T_map_robot);
   steps_.push_back(std::move(step));
   key.T_map_robot = particles_[best()].T_map_robot;
   resample();
 }
 
+// x ~ p(x | x', u): the front end's way, its noise, and its bend.
+void RaoBlackwellized::move(std::size_t i, const Mat3& kernel) {
+  Particle& p = particles_[i];
+  const std::size_t k = steps_.size();
+  const KeyScan &key = chain_.keys()[k], &previous = chain_.keys()[k - 1];
+  if (key.local_map != previous.local_map) p.old_surfels = surfels_before(key.local_map, i);
+  RandomStream random(static_cast<std::uint64_t>(options_.seed), k, i);
+  const Pose2 T = between(previous.T_front_robot, key.T_front_robot);
+  const double way = T.translation().norm(), kept = std::exp(-way / options_.bend_way);
+  if (k == 1) p.bend = options_.bend * random.normal();
+  p.bend = kept * p.bend + std::sqrt(1 - kept * kept) * options_.bend * random.normal();
+  const Mat3 noise = (key.match_information + key.motion_information).inverse();
+  const Vec3 normal(random.normal(), random.normal(), random.normal());
+  const Vec3 error = noise.llt().matrixL() * normal;
+  const Pose2 T_error{error.x(), error.y(), error.z() + p.bend * way};
+  p.T_map_robot = p.T_map_robot * T * T_error;
+  match::PosePrior prior{p.T_map_robot, (kernel + turned(noise, p.T_map_robot.theta)).inverse()};
+  look(p, key, prior, random);
+}
+
 // x ~ p(x | x', u, z, m), w *= p(z | x', u, m): the Gaussian about the best match on the particle's
 // own map, and its mass.
-void RaoBlackwellized::move(const KeyScan& key, const Pose2& T_previous_robot, std::size_t i) {
-  Particle& p = particles_[i];
-  match::PosePrior prior{p.T_map_robot * T_previous_robot, Mat3::Zero()};
-  prior.information = turned(key.motion_information, prior.T_map_robot.theta);
-  const match::Match match = match::align(key.points, p.map, prior, options_.align);
-  const bool trusted = match.score >= options_.trusted_score;
-  const Pose2& mean = trusted ? match.T_map_robot : prior.T_map_robot;
-  Mat3 information = prior.information;
-  if (trusted) information += options_.shared * match.information;
-  const Vec3 off(mean.x - prior.T_map_robot.x, mean.y - prior.T_map_robot.y,
-                 angle_diff(mean.theta, prior.T_map_robot.theta));
-  const double log_mass =
-      options_.likelihood_share * match::log_likelihood(key.points, p.map, mean, options_.align) -
-      0.5 * off.dot(prior.information * off) +
-      0.5 * std::log(prior.information.determinant() / information.determinant());
-  p.log_weight += log_mass;
-  p.log_weight_total += log_mass;
+void RaoBlackwellized::look(Particle& p, const KeyScan& key, const match::PosePrior& prior,
+                            RandomStream& random) {
+  const map::OlderSurfels old(p.map, p.old_surfels);
+  if (match::share_on(key.points, old, p.T_map_robot, options_.align.gate) >= options_.known) {
+    const match::Match match = match::align(key.points, old, prior, options_.align);
+    if (match.score >= options_.known) {
+      const Mat3 information = prior.information + options_.shared * match.information;
+      const Vec3 off(match.T_map_robot.x - prior.T_map_robot.x,
+                     match.T_map_robot.y - prior.T_map_robot.y,
+                     angle_diff(match.T_map_robot.theta, prior.T_map_robot.theta));
+      const Vec3 normal(random.normal(), random.normal(), random.normal());
+      p.T_map_robot =
+          moved(match.T_map_robot, Mat3(information.inverse()).llt().matrixL() * normal);
+      p.log_weight -= 0.5 * off.dot(prior.information * off);
+      p.log_weight_total -= 0.5 * off.dot(prior.information * off);
+    }
+  }
+  const double ll = options_.likelihood_share *
+                    match::log_likelihood(key.points, p.map, p.T_map_robot, options_.align);
+  p.log_weight += ll;
+  p.log_weight_total += ll;
+}
 
-  Mat3 covariance = information.inverse();
-  const Vec3 drift(options_.drift_way, options_.drift_way, options_.drift_turn);
-  covariance.diagonal() += drift.cwiseAbs2();
-  RandomStream random(static_cast<std::uint64_t>(options_.seed), steps_.size(), i);
-  const Vec3 normal(random.normal(), random.normal(), random.normal());
-  p.T_map_robot = moved(mean, covariance.llt().matrixL() * normal);
+std::uint32_t RaoBlackwellized::surfels_before(std::size_t key, std::size_t i) const {
+  if (key >= steps_.size()) return static_cast<std::uint32_t>(particles_[i].map.surfels().size());
+  i = parents_[i];
+  for (std::size_t k = steps_.size() - 1; k > key; --k) i = steps_[k].parents[i];
+  return steps_[key].surfels[i];
+}
+
+Mat3 RaoBlackwellized::spread() const {
+  const double n = static_cast<double>(particles_.size());
+  std::vector<double> log_weights, weights(particles_.size());
+  for (const Particle& p : particles_) log_weights.push_back(p.log_weight);
+  filter::normalise(log_weights, weights);
+  Vec3 mean = Vec3::Zero();
+  const Pose2& origin = particles_.front().T_map_robot;
+  const auto off = [&](const Particle& p) {
+    return Vec3(p.T_map_robot.x - origin.x, p.T_map_robot.y - origin.y,
+                angle_diff(p.T_map_robot.theta, origin.theta));
+  };
+  for (std::size_t i = 0; i < particles_.size(); ++i) mean += weights[i] * off(particles_[i]);
+  Mat3 c = Mat3::Zero();
+  for (std::size_t i = 0; i < particles_.size(); ++i) {
+    const Vec3 d = off(particles_[i]) - mean;
+    c += weights[i] * d * d.transpose();
+  }
+  return std::pow(n, -2.0 / 7) * c;
 }
 
 void RaoBlackwellized::resample() {
@@ -118,6 +162,14 @@ void RaoBlackwellized::resample() {
   for (const std::uint32_t parent : parents_) children.push_back(particles_[parent]);
   particles_ = std::move(children);
   for (Particle& p : particles_) p.log_weight = 0;
+  if (getenv("PFV")) {
+    std::vector<std::uint32_t> u(parents_);
+    u.erase(std::unique(u.begin(), u.end()), u.end());
+    const Mat3 c = spread();
+    fprintf(stderr, "PF key %zu neff %.1f survivors %zu spread %.3f %.3f %.4f\n", steps_.size(),
+            filter::effective_size(weights), u.size(), std::sqrt(c(0, 0)), std::sqrt(c(1, 1)),
+            std::sqrt(c(2, 2)));
+  }
   ++resamplings_;
 }
 
@@ -159,10 +211,10 @@ void describe(OptionFields& f, RaoBlackwellizedOptions& o) {
   f.add("particles.shared", o.shared, {"1", "share of a match's information that counts", 0, 1});
   f.add("particles.likelihood_share", o.likelihood_share,
         {"1", "share of the returns' log-likelihood that counts", 0, 1});
-  f.add("particles.trusted_score", o.trusted_score,
-        {"1", "share of returns on the map from which on a match is believed", 0, 1});
-  f.add("particles.drift_way", o.drift_way, {"m", "a map's random walk for a key scan", 0, 1});
-  f.add("particles.drift_turn", o.drift_turn, {"rad", "a map's random walk for a key scan", 0, 1});
+  f.add("particles.known", o.known,
+        {"1", "share of returns on older map from which on a place is known", 0, 1});
+  f.add("particles.bend", o.bend, {"rad/m", "by which the front end turns the way", 0, 1});
+  f.add("particles.bend_way", o.bend_way, {"m", "for which it goes on doing so", 0.1, 1e6});
 }
 
 }  // namespace majak::slam

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "majak/core/event.hpp"
+#include "majak/core/random.hpp"
 #include "majak/map/surfel_map.hpp"
 #include "majak/match/point_to_line.hpp"
 #include "majak/slam/mapper.hpp"
@@ -25,9 +26,10 @@ struct RaoBlackwellizedOptions {
   double resample_below = 0.5;  ///< share of the particles that the effective size must fall under
   double shared = 0.25;  ///< of a match's information: returns of one wall share their errors
   double likelihood_share = 0.05;  ///< the same of the returns' log-likelihood, in the weights
-  double trusted_score = 0.6;   ///< share of returns on the map from which on a match is believed
-  double drift_way = 0.7e-3;    ///< m for a key scan: a map's own random walk, beside the match
-  double drift_turn = 0.55e-3;  ///< rad
+  double known = 0.5;     ///< share of returns on what was mapped before the local map from
+                          ///< which on the place is known, and matched
+  double bend = 0.7e-3;   ///< rad/m: the front end turns the way by so much, one sigma ...
+  double bend_way = 100;  ///< m, ... and goes on doing so for about this way
   match::AlignOptions align;
   map::SurfelMapOptions map;
 };
@@ -46,18 +48,25 @@ class RaoBlackwellized {
   struct Particle {
     Pose2 T_map_robot;
     map::SharedSurfelMap map;
-    double log_weight = 0;        // since it was resampled
-    double log_weight_total = 0;  // since the beginning
+    double bend = 0;                // rad/m, by which the front end turns its way
+    std::uint32_t old_surfels = 0;  // of the map: those from before the front end's local map
+    double log_weight = 0;          // since it was resampled
+    double log_weight_total = 0;    // since the beginning
   };
   // One step of the tree of ancestors: each particle's pose, and whose child it is.
   struct Step {
     std::vector<Pose2> poses;
     std::vector<std::uint32_t> parents;
+    std::vector<std::uint32_t> surfels;  // in each map before the key scan was drawn
   };
 
   std::optional<Estimate> take_scans();
   void update(KeyScan& key);
-  void move(const KeyScan& key, const Pose2& T_previous_robot, std::size_t i);
+  void move(std::size_t i, const Mat3& kernel);
+  void look(Particle& particle, const KeyScan& key, const match::PosePrior& prior,
+            RandomStream& random);
+  std::uint32_t surfels_before(std::size_t key, std::size_t i) const;
+  Mat3 spread() const;
   void resample();
   std::size_t best() const;
   void place_keys();
