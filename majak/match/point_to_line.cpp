@@ -260,7 +260,7 @@ template Match align(const ScanPoints&, const map::OlderSurfels&, const PosePrio
                      const AlignOptions&);
 template double log_likelihood(const ScanPoints&, const map::SurfelMap&, const Pose2&,
                                const AlignOptions&);
-template double log_likelihood(const ScanPoints&, const map::SharedSurfelMap&, const Pose2&,
+template double log_likelihood(const ScanPoints&, const map::OlderSurfels&, const Pose2&,
                                const AlignOptions&);
 
 }  // namespace majak::match

@@ -24,13 +24,13 @@ struct RaoBlackwellizedOptions {
   int particles = 30;
   int seed = 1;
   double resample_below = 0.5;  ///< share of the particles that the effective size must fall under
+  double bend = 0.7e-3;         ///< rad/m: the front end turns the way by so much, one sigma ...
+  double bend_way = 30;         ///< m, ... and goes on doing so for about this way
+  double known = 0.5;           ///< share of returns on what was mapped before the local map from
+                                ///< which on the place is known, and matched
   double shared = 0.25;  ///< of a match's information: returns of one wall share their errors
-  double likelihood_share = 0.05;  ///< the same of the returns' log-likelihood, in the weights
-  double known = 0.5;     ///< share of returns on what was mapped before the local map from
-                          ///< which on the place is known, and matched
-  double bend = 0.7e-3;   ///< rad/m: the front end turns the way by so much, one sigma ...
-  double bend_way = 100;  ///< m, ... and goes on doing so for about this way
-  match::AlignOptions align;
+  double likelihood_share = 0.08;  ///< the same of the returns' log-likelihood, in the weights
+  match::AlignOptions align{.tolerance = 1e-3};
   map::SurfelMapOptions map;
 };
 
@@ -44,30 +44,36 @@ class RaoBlackwellized {
   std::optional<Estimate> add(Event event);
   Mapping finish();
 
+  /// Of the particles, since they were last drawn; their sum is 1.
+  std::vector<double> weights() const;
+  std::size_t resamplings() const { return resamplings_; }
+
  private:
   struct Particle {
     Pose2 T_map_robot;
     map::SharedSurfelMap map;
     double bend = 0;                // rad/m, by which the front end turns its way
     std::uint32_t old_surfels = 0;  // of the map: those from before the front end's local map
-    double log_weight = 0;          // since it was resampled
+    double log_weight = 0;          // since it was drawn
     double log_weight_total = 0;    // since the beginning
   };
-  // One step of the tree of ancestors: each particle's pose, and whose child it is.
+  // One step of the tree of ancestors.
   struct Step {
+    std::vector<std::uint32_t> parents;  // whose child each particle is
+    std::vector<std::uint32_t> surfels;  // in its map before the key scan was drawn
     std::vector<Pose2> poses;
-    std::vector<std::uint32_t> parents;
-    std::vector<std::uint32_t> surfels;  // in each map before the key scan was drawn
   };
 
   std::optional<Estimate> take_scans();
   void update(KeyScan& key);
-  void move(std::size_t i, const Mat3& kernel);
-  void look(Particle& particle, const KeyScan& key, const match::PosePrior& prior,
-            RandomStream& random);
+  match::ScanPoints unexplained(const KeyScan& key);
+  Mat3 kernel() const;
+  void move(std::size_t i, const Mat3& kernel, const match::ScanPoints& unexplained);
+  void localize(Particle& particle, const match::ScanPoints& points, const match::PosePrior& prior,
+                RandomStream& random) const;
   std::uint32_t surfels_before(std::size_t key, std::size_t i) const;
-  Mat3 spread() const;
   void resample();
+  void count_bytes();
   std::size_t best() const;
   void place_keys();
 
@@ -77,6 +83,8 @@ class RaoBlackwellized {
   std::vector<Particle> particles_;
   std::vector<Step> steps_;             // one a key scan
   std::vector<std::uint32_t> parents_;  // of the step to come
+  map::SurfelMap local_;                // the front end's local map, in its frame
+  std::size_t local_first_ = 0;         // key scan that began it
   double belief_bytes_ = 0;             // at most so far
   std::size_t resamplings_ = 0;
 };

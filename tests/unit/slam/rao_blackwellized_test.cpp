@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "majak/slam/rao_blackwellized.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "majak/core/error.hpp"
+#include "majak/filter/resampling.hpp"
+#include "simulated.hpp"
+
+namespace majak::slam {
+namespace {
+
+Mapping mapping_of(const std::vector<Event>& events, const RaoBlackwellizedOptions& options = {},
+                   int threads = 1, const ScanChainOptions& chain = {}) {
+  RaoBlackwellized slam(chain, options, {threads});
+  for (const Event& event : events) slam.add(event);
+  return slam.finish();
+}
+
+std::vector<Event> first_of(const std::vector<Event>& events, std::size_t count) {
+  return {events.begin(), events.begin() + static_cast<std::ptrdiff_t>(count)};
+}
+
+/// A ring, a laser that sees little of it at once, and unequal wheels that slip.
+const std::vector<Event>& ring_run() {
+  static const std::vector<Event> events = [] {
+    sim::SimulationOptions options;
+    options.laser.max_range = 8;
+    options.robot.left_scale = 1.02;
+    return simulated_run("ring", 0, options);
+  }();
+  return events;
+}
+
+TEST(RaoBlackwellized, AnyNumberOfThreadsGivesTheSameBytes) {
+  const auto events = first_of(ring_run(), 2500);
+  const Mapping one = mapping_of(events);
+  for (const int threads : {2, 8}) {
+    const Mapping more = mapping_of(events, {}, threads);
+    ASSERT_EQ(one.site.scans.size(), more.site.scans.size());
+    EXPECT_EQ(one.belief_bytes, more.belief_bytes);
+    for (std::size_t i = 0; i < one.site.scans.size(); ++i)
+      ASSERT_EQ(one.site.scans[i].estimate.T_map_robot.vector(),
+                more.site.scans[i].estimate.T_map_robot.vector());
+  }
+}
+
+TEST(RaoBlackwellized, AnotherSeedGivesAnotherRun) {
+  const auto events = first_of(ring_run(), 1500);
+  const Mapping one = mapping_of(events), two = mapping_of(events, {.seed = 2});
+  EXPECT_NE(one.site.scans.back().estimate.T_map_robot.vector(),
+            two.site.scans.back().estimate.T_map_robot.vector());
+}
+
+TEST(RaoBlackwellized, WeightsSumToOneAndTheEffectiveSizeStaysUp) {
+  const RaoBlackwellizedOptions options;
+  RaoBlackwellized slam({}, options, {1});
+  for (const Event& event : ring_run()) {
+    if (!slam.add(event)) continue;
+    const std::vector<double> w = slam.weights();
+    ASSERT_EQ(w.size(), 30U);
+    ASSERT_NEAR(std::accumulate(w.begin(), w.end(), 0.0), 1, 1e-12);
+    ASSERT_GE(filter::effective_size(w), options.resample_below * 30);
+  }
+  EXPECT_GT(slam.resamplings(), 0U);
+}
+
+TEST(RaoBlackwellized, WithoutResamplingNoneIsDrawn) {
+  RaoBlackwellizedOptions options;
+  options.resample_below = 0;
+  RaoBlackwellized slam({}, options, {1});
+  for (const Event& event : first_of(ring_run(), 2500)) slam.add(event);
+  EXPECT_EQ(slam.resamplings(), 0U);
+  EXPECT_LT(filter::effective_size(slam.weights()), 30);
+}
+
+TEST(RaoBlackwellized, InARingTheRightParticleWins) {
+  const Site site = mapping_of(ring_run()).site;
+  const PathError particles = error_of(site), front_end = front_end_error_of(site);
+  EXPECT_LT(particles.rms, front_end.rms);
+}
+
+TEST(RaoBlackwellized, MapsABuilding) {
+  const Mapping mapping = mapping_of(building_run());
+  EXPECT_LT(error_of(mapping.site).rms, 0.1);
+  EXPECT_FALSE(mapping.posterior);
+  EXPECT_GT(mapping.belief_bytes, 100000U);
+}
+
+TEST(RaoBlackwellized, ManyParticlesNeedFarLessThanAMapEach) {
+  RaoBlackwellizedOptions one, thirty;
+  one.particles = 1;
+  EXPECT_LT(mapping_of(building_run(), thirty).belief_bytes,
+            15 * mapping_of(building_run(), one).belief_bytes);
+}
+
+TEST(RaoBlackwellized, OneScanIsEnough) {
+  for (std::size_t i = 0; i < building_run().size(); ++i) {
+    if (!std::holds_alternative<Scan>(building_run()[i])) continue;
+    const Site site = mapping_of({building_run()[i]}).site;
+    ASSERT_EQ(site.scans.size(), 1U);
+    EXPECT_EQ(site.scans[0].estimate.T_map_robot.vector(), Pose2{}.vector());
+    break;
+  }
+  EXPECT_THROW(mapping_of({}), Error);
+}
+
+TEST(RaoBlackwellized, WorksWithoutOdometry) {
+  ScanChainOptions chain;
+  chain.use_odometry = false;
+  const Mapping mapping = mapping_of(first_of(building_run(), 2500), {}, 1, chain);
+  EXPECT_FALSE(mapping.site.used_odometry);
+  EXPECT_LT(error_of(mapping.site).rms, 0.1);
+}
+
+}  // namespace
+}  // namespace majak::slam
