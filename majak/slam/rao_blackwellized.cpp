@@ -201,7 +201,11 @@ void RaoBlackwellized::resample() {
   filter::resample_systematic(w, random, parents_);
   std::vector<Particle> children;
   children.reserve(n);
-  for (const std::uint32_t parent : parents_) children.push_back(particles_[parent]);
+  for (std::size_t i = 0; i < n; ++i) {
+    Particle& parent = particles_[parents_[i]];
+    const bool last = i + 1 == n || parents_[i + 1] != parents_[i];
+    children.push_back(last ? std::move(parent) : parent);
+  }
   for (Particle& p : children) p.log_weight = 0;
   particles_ = std::move(children);
   ++resamplings_;

@@ -24,12 +24,12 @@ struct RaoBlackwellizedOptions {
   int particles = 30;
   int seed = 1;
   double resample_below = 0.5;  ///< share of the particles that the effective size must fall under
-  double bend = 0.7e-3;         ///< rad/m: the front end turns the way by so much, one sigma ...
+  double bend = 0.5e-3;         ///< rad/m: the front end turns the way by so much, one sigma ...
   double bend_way = 30;         ///< m, ... and goes on doing so for about this way
   double known = 0.5;           ///< share of returns on what was mapped before the local map from
                                 ///< which on the place is known, and matched
   double shared = 0.25;  ///< of a match's information: returns of one wall share their errors
-  double likelihood_share = 0.08;  ///< the same of the returns' log-likelihood, in the weights
+  double likelihood_share = 0.15;  ///< the same of the returns' log-likelihood, in the weights
   match::AlignOptions align{.tolerance = 1e-3};
   map::SurfelMapOptions map;
 };
