@@ -160,7 +160,7 @@ void RaoBlackwellized::move(std::size_t i, const Mat3& kernel, const match::Scan
 }
 
 // In a known place x ~ p(x | x', u, z, m), the Gaussian about the best match on the particle's own
-// map (23.5); the way to it is weighed.
+// map (23.5); the way to it is weighed. Where the match does not see, x was drawn already.
 void RaoBlackwellized::localize(Particle& p, const match::ScanPoints& points,
                                 const match::PosePrior& prior, RandomStream& random) const {
   const map::OlderSurfels old(p.map, p.old_surfels);
@@ -168,8 +168,10 @@ void RaoBlackwellized::localize(Particle& p, const match::ScanPoints& points,
   const match::Match match = match::align(points, old, prior, options_.align);
   if (match.score < options_.known) return;
   const Vec3 off = difference(match.T_map_robot, prior.T_map_robot);
-  const Mat3 information = prior.information + options_.shared * match.information;
-  const Vec3 error = draw(information.inverse(), random);
+  const Mat3 seen = options_.shared * match.information;
+  const Mat3 c = (prior.information + seen).inverse();
+  const Mat3 noise = c * seen * c + 1e-12 * Mat3::Identity();
+  const Vec3 error = draw(noise, random);
   const Pose2& T = match.T_map_robot;
   p.T_map_robot = {T.x + error.x(), T.y + error.y(), wrap_angle(T.theta + error.z())};
   const double lost = 0.5 * off.dot(prior.information * off);
