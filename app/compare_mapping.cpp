@@ -51,9 +51,9 @@ const char* world_of(eval::Surroundings where) {
     case eval::Surroundings::straight:
       return "corridor";
     case eval::Surroundings::ring:
-      return "ring";
+      return "bare_ring";
     case eval::Surroundings::nested:
-      return "large_ring";
+      return "nested_rings";
     case eval::Surroundings::large:
       return "office-3";
   }
