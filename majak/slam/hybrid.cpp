@@ -390,6 +390,8 @@ Mapping Hybrid::finish() {
   mapping.belief_bytes =
       std::max(most_bytes_, map_.bytes()) + particles_.size() * (sizeof(Pose2) + sizeof(double));
   mapping.site = chain_.finish();
+  for (const LoopCorrection& c : mapping.corrections)
+    mapping.site.report.count(c.undone ? "loops corrected and taken back" : "loops corrected");
   if (mapping.corrections.empty())
     mapping.site.report.count("no loop found: hybrid is incremental maximum likelihood here");
   return mapping;
