@@ -37,6 +37,15 @@ const MappingMethod kMethods[] = {
      "scans; odometry helps", "poses without covariance, map; rings close where particles suffice",
      [](const MappingOptions& o, Threads threads) {
        return slam::mapper_of<slam::RaoBlackwellized>(o.graph_slam.chain, o.particles, threads);
+    {"lu-milios", "Lu and Milios, table 2", "scans that overlap; odometry helps",
+     "poses with covariance, map; no loop is closed that drift has opened",
+     [](const MappingOptions& o, Threads threads) {
+       return slam::mapper_of<slam::LuMilios>(o.graph_slam.chain, o.lu_milios, threads);
+     }},
+    {"em", "expectation maximisation, p. 36", "scans, odometry; after the run",
+     "poses without covariance, map; rings close",
+     [](const MappingOptions& o, Threads threads) {
+       return slam::mapper_of<slam::ExpectationMaximization>(o.graph_slam.chain, o.em, threads);
      }},
 };
 
@@ -48,6 +57,8 @@ void describe(OptionFields& fields, MappingOptions& o) {
   slam::describe(fields, o.incremental_ml);
   slam::describe(fields, o.hybrid);
   slam::describe(fields, o.particles);
+  slam::describe(fields, o.lu_milios);
+  slam::describe(fields, o.em);
 }
 
 std::span<const MappingMethod> mapping_methods() { return kMethods; }

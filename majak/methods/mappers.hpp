@@ -9,9 +9,11 @@
 #include "majak/core/options.hpp"
 #include "majak/core/parallel.hpp"
 #include "majak/slam/ekf_mapper.hpp"
+#include "majak/slam/expectation_maximization.hpp"
 #include "majak/slam/graph_slam.hpp"
 #include "majak/slam/hybrid.hpp"
 #include "majak/slam/incremental_ml.hpp"
+#include "majak/slam/lu_milios.hpp"
 #include "majak/slam/mapper.hpp"
 #include "majak/slam/rao_blackwellized.hpp"
 
@@ -25,6 +27,8 @@ struct MappingOptions {
   slam::EkfSlamOptions ekf_slam = slam::ekf_for_rooms();
   slam::HybridOptions hybrid;
   slam::RaoBlackwellizedOptions particles;
+  slam::LuMiliosOptions lu_milios;
+  slam::ExpectationMaximizationOptions em;
 };
 void describe(OptionFields& fields, MappingOptions& options);
 
