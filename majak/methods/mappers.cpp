@@ -23,6 +23,16 @@ const MappingMethod kMethods[] = {
      [](const MappingOptions& o, Threads threads) {
        return slam::mapper_of<slam::EkfMapper>(o.graph_slam.chain, o.ekf_slam, threads);
      }},
+    {"lu-milios", "", "Lu and Milios, table 2", "scans that overlap; odometry helps",
+     "poses with covariance, map; no loop is closed that drift has opened",
+     [](const MappingOptions& o, Threads threads) {
+       return slam::mapper_of<slam::LuMilios>(o.graph_slam.chain, o.lu_milios, threads);
+     }},
+    {"em", "", "expectation maximisation, p. 36", "scans, odometry; after the run",
+     "poses without covariance, map; rings close",
+     [](const MappingOptions& o, Threads threads) {
+       return slam::mapper_of<slam::ExpectationMaximization>(o.graph_slam.chain, o.em, threads);
+     }},
     {"incremental-ml", "", "incremental maximum likelihood, p. 36", "scans; odometry helps",
      "poses without covariance, map; no loop is closed",
      [](const MappingOptions& o, Threads threads) {
@@ -37,15 +47,6 @@ const MappingMethod kMethods[] = {
      "scans; odometry helps", "poses without covariance, map; rings close where particles suffice",
      [](const MappingOptions& o, Threads threads) {
        return slam::mapper_of<slam::RaoBlackwellized>(o.graph_slam.chain, o.particles, threads);
-    {"lu-milios", "Lu and Milios, table 2", "scans that overlap; odometry helps",
-     "poses with covariance, map; no loop is closed that drift has opened",
-     [](const MappingOptions& o, Threads threads) {
-       return slam::mapper_of<slam::LuMilios>(o.graph_slam.chain, o.lu_milios, threads);
-     }},
-    {"em", "expectation maximisation, p. 36", "scans, odometry; after the run",
-     "poses without covariance, map; rings close",
-     [](const MappingOptions& o, Threads threads) {
-       return slam::mapper_of<slam::ExpectationMaximization>(o.graph_slam.chain, o.em, threads);
      }},
 };
 

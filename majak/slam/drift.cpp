@@ -21,7 +21,7 @@ Drift drift_to(const KeyScan& key, const DriftOptions& options) {
 
 std::vector<Pose2> share_out(std::span<const Pose2> chain, std::span<const Mat3> covariances,
                              const Pose2& end) {
-  std::vector<Mat3> gathered(1, Mat3::Zero());  // in the axes of the last pose (MATH 23.3)
+  std::vector<Mat3> gathered(1, Mat3::Zero());  // in the axes of the last pose (MATH 24.3)
   for (std::size_t k = 1; k < chain.size(); ++k) {
     const Mat3 a = adjoint(between(chain.back(), chain[k]));
     gathered.push_back(gathered.back() + a * covariances[k] * a.transpose());

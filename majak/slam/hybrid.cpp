@@ -149,7 +149,7 @@ void Hybrid::begin() {
                       RandomStream(static_cast<std::uint64_t>(options_.seed), 0, i).normal());
 }
 
-// Where the robot may be: each particle errs on its own, and all the way in one scale (MATH 23.1).
+// Where the robot may be: each particle errs on its own, and all the way in one scale (MATH 24.1).
 void Hybrid::spread(std::size_t k) {
   const KeyScan& key = chain_.keys()[k];
   const Pose2 step = between(chain_.keys()[k - 1].T_front_robot, key.T_front_robot);
@@ -224,7 +224,7 @@ bool Hybrid::hold(std::size_t k, const map::SurfelMap& map, double reach) {
   return true;
 }
 
-// The particles after a sighting that the robot is at this pose (Evensen 1994; MATH 23.2): what it
+// The particles after a sighting that the robot is at this pose (Evensen 1994; MATH 24.2): what it
 // does not tell stays as spread as it was.
 void Hybrid::narrow(const Pose2& T_map_robot, const Mat3& covariance) {
   std::vector<Vec3> off;

@@ -31,7 +31,7 @@ std::size_t Hybrid::visit_at(const Pose2& T_map_robot) const {
 
 // Where the error that shows at the newest key scan began to gather: at the visit, or later, when
 // the robot was tracked on ground as old as that. Loops on the way that are closed err as a whole:
-// the steps within them are taken as certain (MATH 23.4).
+// the steps within them are taken as certain (MATH 24.4).
 std::size_t Hybrid::error_begin(std::size_t visit, std::vector<Mat3>& steps) const {
   for (std::size_t k = chain_.keys().size() - 1; options_.keep_loops && k > visit;) {
     const std::size_t anchor = anchors_[k];
