@@ -21,7 +21,7 @@
 namespace majak::slam {
 
 struct RaoBlackwellizedOptions {
-  int particles = 30;
+  int particles = 60;
   int seed = 1;
   double resample_below = 0.5;  ///< share of the particles that the effective size must fall under
   double bend = 0.5e-3;         ///< rad/m: the front end turns the way by so much, one sigma ...
@@ -31,7 +31,7 @@ struct RaoBlackwellizedOptions {
   double shared = 0.25;  ///< of a match's information: returns of one wall share their errors
   double likelihood_share = 0.15;  ///< the same of the returns' log-likelihood, in the weights
   match::AlignOptions align{.tolerance = 1e-3};
-  map::SurfelMapOptions map;
+  map::SurfelMapOptions map{.cell = 0.10, .reach = 0.30, .merge_radius = 0.08};
 };
 
 void describe(OptionFields& fields, RaoBlackwellizedOptions& options);
