@@ -171,7 +171,7 @@ void uncertainty(const MethodRuns& runs, Table2Cell& cell) {
   if (s.empty()) return;
   const auto nees = nees_of(s);
   cell.measured = nees ? fmt::format("posterior poses: NEES {:.1f}", *nees) : "none kept of poses";
-  cell.agrees = nees.has_value() == cell.word.starts_with("posterior");
+  if (!cell.word.empty()) cell.agrees = nees.has_value() == cell.word.starts_with("posterior");
 }
 
 void convergence(const MethodRuns& runs, Table2Cell& cell) {
