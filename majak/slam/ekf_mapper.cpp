@@ -11,6 +11,7 @@ EkfSlamOptions ekf_for_rooms() {
   options.use_gps = false;
   options.near = 25, options.look_around = 8;
   options.wheels.turn_noise = 0.03;  // of two driven wheels, not of a car
+  options.turn_offset_sigma = 0.05;  // one of them worn
   options.alike_sigma = 0.06;
   options.least_apart = 0.5;
   options.confirmed = 2, options.stands = 0.3;  // key scans are few
