@@ -38,7 +38,8 @@ const MappingMethod kMethods[] = {
      [](const MappingOptions& o, Threads threads) {
        return slam::mapper_of<slam::IncrementalMl>(o.graph_slam.chain, o.incremental_ml, threads);
      }},
-    {"hybrid", "", "incremental maximum likelihood with pose samples, p. 36", "scans; odometry helps",
+    {"hybrid", "", "incremental maximum likelihood with pose samples, p. 36",
+     "scans; odometry helps",
      "poses without covariance, map; a loop is closed by relocalizing and corrected backwards",
      [](const MappingOptions& o, Threads threads) {
        return slam::mapper_of<slam::Hybrid>(o.graph_slam.chain, o.hybrid, threads);

@@ -20,7 +20,7 @@ constexpr std::pair kSlip{0.3, 0.4};  // m, rad: what wheels slip between two sc
 
 constexpr double kDoubt = 2.0;  // sigmas off the wheels from which on a match is doubted
 
-constexpr double kWalked = 0.03;  // m, by which things that walk move a match, at least
+constexpr double kWalked = 0.03;      // m, by which things that walk move a match, at least
 constexpr double kCrowd = 0.1;        // share of the returns that is of things that may walk
 constexpr int kCrowdedWitnesses = 3;  // times as many
 
@@ -122,8 +122,7 @@ bool FrontEnd::things_walk(const match::ScanPoints& rest, const MotionPrior& mot
                            match::Match& match) {
   if (rest.size() < 10) return false;
   const match::Match without = track(rest, motion);
-  const double apart =
-      (without.T_map_robot.translation() - match.T_map_robot.translation()).norm();
+  const double apart = (without.T_map_robot.translation() - match.T_map_robot.translation()).norm();
   if (apart < kWalked && match.score >= options_.trusted_score) return false;
   if (without.score < match.score && doubt(motion, without)) return false;
   match = without;
