@@ -161,6 +161,8 @@ MappingScore try_mapping(const TrialLog& log, const methods::MappingMethod& meth
     ++score.corrections;
     score.undone += c.undone.has_value();
   }
+  for (const auto& [what, entry] : mapping.site.report.entries())
+    score.no_loop |= what.starts_with("no loop found");
   judge(mapping, log, score);
   return score;
 }

@@ -24,6 +24,7 @@ struct TrialLog {
 
 struct MappingScore {
   bool ran = false;
+  bool no_loop = false;            ///< it looks for loops, and says that it found none
   std::string said;                ///< why it did not
   double rms = 0, worst = 0;       ///< m off the truth, after one alignment of the whole path
   std::optional<double> relation;  ///< m, mean

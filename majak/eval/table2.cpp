@@ -249,6 +249,11 @@ void cycles(const MethodRuns& runs, Table2Cell& cell) {
   const Scores &ring = runs["ring"], &nested = runs["nested"];
   if (ring.empty()) return;
   cell.measured = "ring " + count_of(ring, closed);
+  const Scores& straight = runs["straight"];
+  const auto none = [](const MappingScore& s) { return s.no_loop; };
+  if (std::any_of(straight.begin(), straight.end(), [&](auto* s) { return none(*s); }))
+    cell.measured = "there and back: no loop found, and says so, " + count_of(straight, none) +
+                    "; " + cell.measured;
   if (!nested.empty()) cell.measured += ", nested " + count_of(nested, closed);
   const auto most = [](const Scores& s) {
     return 2 * std::count_if(s.begin(), s.end(), [](auto* v) { return closed(*v); }) >
@@ -433,9 +438,10 @@ Table2Cell cell_of(std::size_t row, const GivenRuns& runs, const char* word) {
 
 // ---- The table ---------------------------------------------------------------------------------
 
-constexpr const char* kGroups[] = {"seeds", "seeds",           "seeds",       "seeds,wheels",
-                                   "size",  "no-wheels,seeds", "seeds,stray", "ring,nested",
-                                   "size",  "seeds,ring",      "seeds",       "seeds,crowd"};
+constexpr const char* kGroups[] = {
+    "seeds", "seeds",           "seeds",       "seeds,wheels",
+    "size",  "no-wheels,seeds", "seeds,stray", "straight,ring,nested",
+    "size",  "seeds,ring",      "seeds",       "seeds,crowd"};
 
 Table2Figures figures_of(const MethodRuns& runs) {
   Table2Figures f;
