@@ -153,10 +153,11 @@ void print_figures(const eval::Table2& table) {
              "method", "usable", "rms, m", "worst", "map error", "relations", "NEES", "ms a scan",
              "MB");
   for (const eval::Table2Figures& f : table.figures) {
-    fmt::print("{:<16} {:>9} {:>8.3f} {:>8.3f} {:>9.3f} {:>10} {:>6} {:>9.2f} {:>8.1f}\n", f.method,
-               fmt::format("{} of {}", f.usable, f.runs), f.rms, f.worst, f.map_error,
-               f.relation ? fmt::format("{:.4f}", *f.relation) : "",
-               f.nees ? fmt::format("{:.2f}", *f.nees) : "", f.ms_a_scan, f.bytes / 1e6);
+    if (f.runs > 0)
+      fmt::print("{:<16} {:>9} {:>8.3f} {:>8.3f} {:>9.3f} {:>10} {:>6} {:>9.2f} {:>8.1f}\n",
+                 f.method, fmt::format("{} of {}", f.usable, f.runs), f.rms, f.worst, f.map_error,
+                 f.relation ? fmt::format("{:.4f}", *f.relation) : "",
+                 f.nees ? fmt::format("{:.2f}", *f.nees) : "", f.ms_a_scan, f.bytes / 1e6);
     for (const std::string& why : f.said) fmt::print("  {}: {}\n", f.method, why);
   }
 }

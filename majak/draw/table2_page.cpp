@@ -86,7 +86,8 @@ std::string markdown_table(const std::vector<std::string>& head,
 
 std::string table2_html(const eval::Table2& table) {
   std::vector<std::vector<std::string>> rows;
-  for (const auto& f : table.figures) rows.push_back(figures_row(f));
+  for (const auto& f : table.figures)
+    if (f.runs > 0) rows.push_back(figures_row(f));
   const std::string words = list(said(table));
   return page(
       "Table 2, measured",
@@ -111,7 +112,8 @@ std::string table2_markdown(const eval::Table2& table) {
                             (cell.measured.empty() ? "–" : cell.measured) +
                             (cell.agrees && !*cell.agrees ? " (!)" : ""));
   }
-  for (const auto& f : table.figures) figures.push_back(figures_row(f));
+  for (const auto& f : table.figures)
+    if (f.runs > 0) figures.push_back(figures_row(f));
   std::string out = table.what + "\n\n" + markdown_table(head, rows) +
                     "\n(!): measured otherwise than the word says. Rows:\n\n";
   for (const auto& row : table.rows) out += "- " + row.name + ": " + row.question + "\n";
