@@ -11,18 +11,10 @@ namespace {
 
 constexpr double kShared =
     0.25;  // of a match's information: returns of one wall share their errors
-const Vec3 kMatchFloor(4e-6, 4e-6, 1e-6);  // m^2, rad^2
-const Vec3 kDrift(5e-7, 5e-7, 3e-7);  // m^2, rad^2 for a key scan: the local map's own random walk
+const Vec3 kMatchFloor(4e-6, 4e-6, 1e-6);   // m^2, rad^2
 const Vec3 kWeakStep(0.04, 0.04, 0.04);     // m^2, rad^2
 constexpr double kLoose = 0.05;             // m; what comes after a match known worse hangs on it
 const Vec3 kMotionFloor(1e-6, 1e-6, 1e-6);  // m^2, rad^2
-
-Mat3 rotation3(double theta) {
-  const double c = std::cos(theta), s = std::sin(theta);
-  Mat3 r;
-  r << c, -s, 0, s, c, 0, 0, 0, 1;
-  return r;
-}
 
 // Rounding leaves an inverse symmetric to a few digits only; the pose graph asks for all of them.
 Mat3 symmetric(const Mat3& m) { return 0.5 * (m + m.transpose()); }
@@ -60,6 +52,13 @@ std::optional<std::size_t> newest_loose(const KeyScans& keys, std::size_t k) {
 }
 
 }  // namespace
+
+Mat3 rotation3(double theta) {
+  const double c = std::cos(theta), s = std::sin(theta);
+  Mat3 r;
+  r << c, -s, 0, s, c, 0, 0, 0, 1;
+  return r;
+}
 
 KeyScan key_scan(FrontEndStep&& step, std::size_t scan, const Pose2& T_robot_laser, bool weak) {
   KeyScan key;
@@ -107,7 +106,7 @@ Mat3 information_in_local_map(const KeyScans& keys, std::size_t k) {
 void hang_on(graph::PoseGraph& graph, const KeyScans& keys, std::size_t before, std::size_t first) {
   const int map = static_cast<int>(graph.poses.size()) - 1;
   const Mat3 information =
-      Mat3(static_cast<double>(first - before) * Mat3(kDrift.asDiagonal())).inverse();
+      Mat3(static_cast<double>(first - before) * Mat3(kLocalMapDrift.asDiagonal())).inverse();
   const Pose2 T = between(keys[before].T_front_robot, keys[first].T_front_robot);
   const auto open = loose(keys[first]) ? std::optional(first) : newest_loose(keys, first);
   if (!open) {
@@ -160,7 +159,7 @@ Mat3 chain_information(const KeyScans& keys, std::size_t from, std::size_t to) {
   Mat3 moved = Mat3::Zero(), matched = keys[to].match_information.inverse();
   const Mat3 a = adjoint(between(keys[to].T_front_robot, keys[from].T_front_robot));
   matched += a * keys[from].match_information.inverse() * a.transpose();
-  matched.diagonal() += static_cast<double>(to - from) * kDrift;
+  matched.diagonal() += static_cast<double>(to - from) * kLocalMapDrift;
   for (std::size_t k = from + 1; k <= to; ++k) {
     const Mat3 b = adjoint(between(keys[to].T_front_robot, keys[k].T_front_robot));
     moved += b * keys[k].motion_information.inverse() * b.transpose();

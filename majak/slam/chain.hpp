@@ -16,6 +16,12 @@
 
 namespace majak::slam {
 
+/// m^2, m^2, rad^2 for a key scan: the random walk of the front end's local maps.
+inline const Vec3 kLocalMapDrift(5e-7, 5e-7, 3e-7);
+
+/// Turns vectors and covariances of (x, y, theta) from the axes of a pose with that heading.
+Mat3 rotation3(double theta);
+
 /// The key scan that a step of the front end makes; `scan`: index into the run's scans, `weak`: its
 /// match is not to be trusted. T_map_robot is left to the caller.
 KeyScan key_scan(FrontEndStep&& step, std::size_t scan, const Pose2& T_robot_laser, bool weak);

@@ -10,6 +10,7 @@
 
 #include "majak/core/random.hpp"
 #include "majak/filter/resampling.hpp"
+#include "majak/slam/chain.hpp"
 
 namespace majak::slam {
 namespace {
@@ -41,9 +42,7 @@ Vec3 normal3(RandomStream& random) {
 
 /// Of a match: information in the axes of its own pose, never quite nothing.
 Mat3 own_information(const match::Match& match) {
-  const double c = std::cos(match.T_map_robot.theta), s = std::sin(match.T_map_robot.theta);
-  Mat3 r;
-  r << c, -s, 0, s, c, 0, 0, 0, 1;
+  const Mat3 r = rotation3(match.T_map_robot.theta);
   const Mat3 own = kShared * r.transpose() * match.information * r;
   return 0.5 * (own + own.transpose()) + 1e-3 * Mat3::Identity();
 }

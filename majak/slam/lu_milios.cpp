@@ -23,8 +23,6 @@ constexpr double kShared = 0.25;              // of a match's information: walls
 const Vec3 kPairFloor(4e-6, 4e-6, 1e-6);      // m^2, rad^2: what a match does not know of itself
 const Vec3 kMatchPrior(100.0, 100.0, 400.0);  // 1/m^2, 1/rad^2: present poses, doubted
 
-Mat3 rotation3(double theta) { return adjoint({0, 0, theta}); }
-
 // H_a of the paper's equation: X_a = H_a dV_a makes a relation a difference.
 Mat3 lever(const Pose2& a) {
   Mat3 h = Mat3::Identity();

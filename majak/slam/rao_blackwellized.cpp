@@ -10,19 +10,17 @@
 
 #include "majak/filter/resampling.hpp"
 #include "majak/match/scan_points.hpp"
+#include "majak/slam/chain.hpp"
 
 namespace majak::slam {
 namespace {
 
-const Vec3 kDrift(5e-7, 5e-7, 3e-7);  // m^2, rad^2 for a key scan: the local map's own random walk
-constexpr double kExplained = 0.15;   // m; returns as near as this are on the local map
-constexpr double kMeet = 0.3;         // m; maps that meet themselves as nearly as this gain
+constexpr double kExplained = 0.15;  // m; returns as near as this are on the local map
+constexpr double kMeet = 0.3;        // m; maps that meet themselves as nearly as this gain
 
 // From the robot's axes to the map's.
 Mat3 turned(const Mat3& covariance, double theta) {
-  const double c = std::cos(theta), s = std::sin(theta);
-  Mat3 r;
-  r << c, -s, 0, s, c, 0, 0, 0, 1;
+  const Mat3 r = rotation3(theta);
   return r * covariance * r.transpose();
 }
 
@@ -41,7 +39,7 @@ Vec3 draw(const Mat3& covariance, RandomStream& random) {
 Mat3 step_noise(const KeyScan& key) {
   const Mat3 c = (key.match_information + key.motion_information).inverse();
   Mat3 noise = c * key.motion_information * c;
-  noise.diagonal() += kDrift;
+  noise.diagonal() += kLocalMapDrift;
   return noise;
 }
 
