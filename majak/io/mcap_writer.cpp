@@ -16,25 +16,9 @@
 
 namespace majak::io {
 
+using mcap::put_number, mcap::put_text, mcap::record;
+
 namespace {
-
-template <class T>
-void put_number(std::string& to, T value) {
-  for (std::size_t i = 0; i < sizeof(T); ++i)
-    to.push_back(static_cast<char>(static_cast<unsigned char>(value >> (8 * i))));
-}
-
-void put_text(std::string& to, std::string_view text) {
-  put_number(to, static_cast<std::uint32_t>(text.size()));
-  to += text;
-}
-
-std::string record(mcap::Opcode opcode, std::string_view content) {
-  std::string bytes(1, static_cast<char>(opcode));
-  put_number(bytes, static_cast<std::uint64_t>(content.size()));
-  bytes += content;
-  return bytes;
-}
 
 std::uint32_t crc_of(std::string_view bytes, std::uint32_t before = 0) {
   return static_cast<std::uint32_t>(
@@ -71,10 +55,7 @@ void McapWriter::Span::add(std::uint64_t time) {
 McapWriter::McapWriter(Sink sink, McapOptions options)
     : sink_(std::move(sink)), options_(std::move(options)) {
   name_of(options_.packing);
-  std::string header;
-  put_text(header, options_.profile);
-  put_text(header, options_.library);
-  put(std::string(mcap::kMagic) + record(mcap::kHeader, header));
+  put(mcap::head(options_.profile, options_.library));
 }
 
 void McapWriter::put(std::string_view bytes) {
@@ -92,9 +73,7 @@ std::uint16_t McapWriter::add_schema(const McapChannel& channel) {
   const auto [known, is_new] =
       schema_ids_.emplace(key, static_cast<std::uint16_t>(schema_ids_.size() + 1));
   if (is_new) {
-    std::string content;
-    put_number(content, known->second);
-    schemas_.push_back(record(mcap::kSchema, content + key));
+    schemas_.push_back(mcap::schema_record(known->second, channel));
     chunk_ += schemas_.back();
   }
   return known->second;
@@ -105,17 +84,7 @@ std::uint16_t McapWriter::add_channel(const McapChannel& channel) {
     throw Error("MCAP has no more than 65535 channels");
   const std::uint16_t schema = add_schema(channel);
   const auto id = static_cast<std::uint16_t>(channels_.size() + 1);
-  std::string content, metadata;
-  put_number(content, id);
-  put_number(content, schema);
-  put_text(content, channel.topic);
-  put_text(content, channel.encoding);
-  for (const auto& [name, value] : channel.metadata) {
-    put_text(metadata, name);
-    put_text(metadata, value);
-  }
-  put_text(content, metadata);
-  channels_.push_back(record(mcap::kChannel, content));
+  channels_.push_back(mcap::channel_record(id, schema, channel));
   channel_messages_.push_back(0);
   chunk_ += channels_.back();
   return id;
@@ -138,13 +107,7 @@ void McapWriter::write(std::uint16_t channel, std::uint32_t sequence, Time recor
   span_.add(time);
   ++channel_messages_[channel - 1U];
   ++messages_;
-  chunk_.push_back(static_cast<char>(mcap::kMessage));
-  put_number(chunk_, static_cast<std::uint64_t>(2 + 4 + 8 + 8 + data.size()));
-  put_number(chunk_, channel);
-  put_number(chunk_, sequence);
-  put_number(chunk_, time);
-  put_number(chunk_, published_at);
-  chunk_ += data;
+  mcap::put_message(chunk_, channel, sequence, time, published_at, data);
   if (chunk_.size() >= options_.chunk_size) flush();
 }
 

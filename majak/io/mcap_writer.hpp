@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "majak/core/time.hpp"
+#include "majak/io/mcap_records.hpp"
 #include "majak/io/unpack.hpp"
 
 namespace majak::io {
@@ -31,15 +32,6 @@ struct McapOptions {
   std::string library = "majak";
   std::size_t chunk_size = std::size_t{1} << 20;  ///< bytes after which a chunk is closed
   ChunkPacking packing = ChunkPacking::none;      ///< none, lz4 or zstd
-};
-
-struct McapChannel {
-  std::string topic;
-  std::string encoding{};         ///< of the messages: "cdr", or one's own
-  std::string schema{};           ///< name of the type: "sensor_msgs/msg/LaserScan"; may be empty
-  std::string schema_encoding{};  ///< "ros2msg"
-  std::string schema_text{};
-  std::map<std::string, std::string> metadata{};
 };
 
 class McapWriter {

@@ -25,6 +25,9 @@ const std::map<std::string, std::string>& parts() {
       {"ackermann_msgs/AckermannDrive",
        "float32 steering_angle\nfloat32 steering_angle_velocity\n"
        "float32 speed\nfloat32 acceleration\nfloat32 jerk\n"},
+      {"nav_msgs/MapMetaData",
+       "builtin_interfaces/Time map_load_time\nfloat32 resolution\nuint32 width\nuint32 height\n"
+       "geometry_msgs/Pose origin\n"},
       {"sensor_msgs/NavSatStatus", "int8 status\nuint16 service\n"},
       {"geometry_msgs/TransformStamped",
        "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n"},
@@ -77,6 +80,13 @@ std::string nav_sat_fix_definition() {
          "float64[9] position_covariance\nuint8 position_covariance_type\n" +
          part("std_msgs/Header") + part("builtin_interfaces/Time") +
          part("sensor_msgs/NavSatStatus");
+}
+
+std::string occupancy_grid_definition() {
+  return "std_msgs/Header header\nnav_msgs/MapMetaData info\nint8[] data\n" +
+         part("std_msgs/Header") + part("builtin_interfaces/Time") + part("nav_msgs/MapMetaData") +
+         part("geometry_msgs/Pose") + part("geometry_msgs/Point") +
+         part("geometry_msgs/Quaternion");
 }
 
 RecordingWriter::RecordingWriter(const std::string& path, const std::string& telegrams)

@@ -25,6 +25,7 @@ std::string odometry_definition();
 std::string transform_list_definition();
 std::string ackermann_drive_definition();
 std::string nav_sat_fix_definition();
+std::string occupancy_grid_definition();
 
 class RecordingWriter {
  public:

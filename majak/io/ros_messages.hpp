@@ -11,10 +11,9 @@
 #include <vector>
 
 #include "majak/core/time.hpp"
+#include "majak/io/ros_wire.hpp"
 
 namespace majak::io::ros {
-
-enum class Encoding : std::uint8_t { ros1, cdr };
 
 struct Header {
   std::uint32_t sequence = 0;  ///< ROS 1 only
