@@ -27,7 +27,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kHelp =
+constexpr const char* kCalibrateHelp =
     "What is wrong with a robot's wheels, its laser's place and its clock, from an ordinary log.\n"
     "\n"
     "Examples:\n"
@@ -202,7 +202,7 @@ void run_calibrate(const CalibrateOptions& o) {
 
 void add_calibrate(CLI::App& app) {
   auto o = std::make_shared<CalibrateOptions>();
-  CLI::App* command = app.add_subcommand("calibrate", kHelp);
+  CLI::App* command = app.add_subcommand("calibrate", kCalibrateHelp);
   command->add_option("LOG", o->log, "a log or recording with odometry, or with speed and steering")
       ->required();
   add_log_options(*command, o->source);

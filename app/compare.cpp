@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 
 constexpr double kInFrame = 0.5;  // share of returns on the map from which on truth is believed
 
-constexpr const char* kHelp =
+constexpr const char* kCompareHelp =
     "Methods side by side. Without --map those that make a map: table 2 of the thesis, each word "
     "with a\n"
     "measurement. With --map those that localize on it: error, time, memory, health, and how soon "
@@ -90,7 +90,7 @@ struct Inputs {
 };
 
 std::string help() {
-  std::string text = kHelp;
+  std::string text = kCompareHelp;
   for (const methods::Method& m : methods::methods())
     if (m.on_map || std::string_view(m.name) == "dead-reckoning")
       text += fmt::format("  {:<16} {}\n", m.name, m.in_the_thesis);

@@ -34,7 +34,7 @@ namespace fs = std::filesystem;
 using eval::Against;
 using eval::Feed;
 
-constexpr const char* kHelp =
+constexpr const char* kDemoHelp =
     "The demonstration of the thesis: EKF-SLAM and the landmark graph on a car's laser, wheels "
     "and\n"
     "satellites; without the satellites, with them, and with them cut off for minutes.\n"
@@ -178,7 +178,7 @@ void run_demo(DemoCommand& o) {
 
 void add_demo(CLI::App& app) {
   auto o = std::make_shared<DemoCommand>();
-  CLI::App* command = app.add_subcommand("demo", kHelp);
+  CLI::App* command = app.add_subcommand("demo", kDemoHelp);
   command->add_option("NAME", o->name, "thesis")->required();
   command->add_option("LOG", o->log, "a log or folder; none: a simulated park");
   command->add_option("-o,--output", o->output, "folder for the results (default: thesis-demo...)");

@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kHelp =
+constexpr const char* kExportHelp =
     "What a run found out, for other people's programs.\n"
     "\n"
     "Examples:\n"
@@ -113,7 +113,7 @@ void run_export(ExportCommand& o) {
 
 void add_export(CLI::App& app) {
   auto o = std::make_shared<ExportCommand>();
-  CLI::App* command = app.add_subcommand("export", kHelp);
+  CLI::App* command = app.add_subcommand("export", kExportHelp);
   command
       ->add_option("RUN", o->run,
                    "folder of a run, its site.majak; or a map of others: a YAML, a picture")

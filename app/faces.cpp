@@ -32,7 +32,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kHelp =
+constexpr const char* kFacesHelp =
     "One place, looked at in many ways: grids, walls, rooms, things that moved.\n"
     "\n"
     "Examples:\n"
@@ -153,7 +153,7 @@ void run_faces(FacesCommand& o) {
 
 void add_faces(CLI::App& app) {
   auto o = std::make_shared<FacesCommand>();
-  CLI::App* command = app.add_subcommand("faces", kHelp);
+  CLI::App* command = app.add_subcommand("faces", kFacesHelp);
   command->add_option("RUN", o->run, "folder of a run, or its site.majak");
   command->add_option("NAME", o->names, "faces; without one, all");
   command->add_flag("--all", o->all, "every face");

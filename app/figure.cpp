@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kHelp =
+constexpr const char* kFigureHelp =
     "The figures of the thesis, drawn from majak's own models: figureN.svg and figureN.png.\n"
     "\n"
     "Examples:\n"
@@ -67,7 +67,7 @@ void run_figure(const FigureCommand& o) {
 
 void add_figure(CLI::App& app) {
   auto o = std::make_shared<FigureCommand>();
-  CLI::App* command = app.add_subcommand("figure", kHelp);
+  CLI::App* command = app.add_subcommand("figure", kFigureHelp);
   command->add_option("N", o->name, "number of the figure; without it they are listed");
   command->add_option("LOG", o->log, "a log of any kind, for figures of a path");
   add_log_options(*command, o->source);

@@ -110,7 +110,7 @@ void print_others(const LogSummary& s) {
   }
 }
 
-void print_report(const Report& report) {
+void print_skipped(const Report& report) {
   fmt::print("\nnoticed\n");
   if (report.empty()) fmt::print("  nothing: every record was read\n");
   for (const auto& [what, entry] : report.entries()) {
@@ -126,7 +126,7 @@ void print_for_people(const InfoOptions& options, const io::Source& source, cons
              to_seconds(s.earliest()), to_seconds(s.latest()));
   for (const auto& [number, laser] : s.lasers) print_laser(number, laser);
   print_others(s);
-  print_report(source.report());
+  print_skipped(source.report());
 }
 
 Json to_json(const StampSummary& s) {

@@ -15,7 +15,7 @@
 namespace majak::app {
 namespace {
 
-constexpr const char* kHelp =
+constexpr const char* kLabelHelp =
     "The rooms of a run, and what people call them.\n"
     "\n"
     "Examples:\n"
@@ -71,7 +71,7 @@ void run_label(const LabelCommand& o) {
 
 void add_label(CLI::App& app) {
   auto o = std::make_shared<LabelCommand>();
-  CLI::App* command = app.add_subcommand("label", kHelp);
+  CLI::App* command = app.add_subcommand("label", kLabelHelp);
   command->add_option("RUN", o->run, "folder of a run, or its site.majak")->required();
   command->add_option("AT", o->at, "a point x,y in the room, m of the map's frame");
   command->add_option("TEXT", o->text, "the room's name");

@@ -38,7 +38,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kHelp =
+constexpr const char* kLocalizeHelp =
     "Where the robot was, by any one method of localization. On a known map it is found by "
     "itself,\n"
     "tracked, and found again when it was carried away.\n"
@@ -72,7 +72,7 @@ struct LocalizeCommand {
 };
 
 /// A finished run and what the log knows besides.
-struct Run {
+struct LocalizedRun {
   localize::Localization result;
   std::vector<Truth> truth;
   std::vector<GpsFix> fixes;
@@ -92,8 +92,8 @@ struct Findings {
   std::optional<eval::AbsoluteError> error;  // against the truth, from a common start
 };
 
-std::string help() {
-  std::string text = kHelp;
+std::string localize_help() {
+  std::string text = kLocalizeHelp;
   for (const methods::Method& m : methods::methods())
     text += fmt::format("  {:<16} {}; needs {}; yields {}\n", m.name, m.in_the_thesis, m.needs,
                         m.yields);
@@ -148,10 +148,10 @@ void say_live(const Estimate& e, const Pose2& T_world_map) {
   std::fflush(stdout);
 }
 
-Run run_method(const LocalizeCommand& o) {
+LocalizedRun run_method(const LocalizeCommand& o) {
   const methods::Method& method = methods::method(o.method);
   const localize::Localizer localizer = method.make(o.options);
-  Run run;
+  LocalizedRun run;
   Progress progress;
   Input source(o.log, o.source, o.device, "", progress);
   std::int64_t events = 0;
@@ -181,7 +181,7 @@ eval::Trajectory trajectory_of(const std::vector<Estimate>& estimates) {
   return trajectory;
 }
 
-Findings findings_of(const Run& run) {
+Findings findings_of(const LocalizedRun& run) {
   Findings f;
   const auto& estimates = run.result.estimates;
   for (std::size_t i = 1; i < estimates.size(); ++i)
@@ -209,7 +209,7 @@ Findings findings_of(const Run& run) {
   return f;
 }
 
-Json summary_of(const LocalizeCommand& o, const Run& run, const Findings& f) {
+Json summary_of(const LocalizeCommand& o, const LocalizedRun& run, const Findings& f) {
   const Pose2& end = f.end.T_map_robot;
   Json json = {{"log", fs::path(o.log).filename().string()},
                {"method", o.method},
@@ -247,7 +247,7 @@ Json summary_of(const LocalizeCommand& o, const Run& run, const Findings& f) {
 
 /// The truth is laid onto the first estimate that has its like in it; fixes are drawn where the
 /// method uses them, since only then are they in its frame.
-draw::Figure picture_of(const LocalizeCommand& o, const Run& run) {
+draw::Figure picture_of(const LocalizeCommand& o, const LocalizedRun& run) {
   draw::PathPicture picture;
   if (o.options.place)
     for (const map::Surfel& s : o.options.place->surfaces.surfels())
@@ -279,7 +279,7 @@ std::string hypotheses_csv(const std::vector<localize::HypothesesAt>& all) {
   return text;
 }
 
-void write_results(LocalizeCommand& o, const Run& run, const Json& summary) {
+void write_results(LocalizeCommand& o, const LocalizedRun& run, const Json& summary) {
   const fs::path folder = o.output;
   make_folder(folder);
   const auto& estimates = run.result.estimates;
@@ -293,7 +293,7 @@ void write_results(LocalizeCommand& o, const Run& run, const Json& summary) {
 }
 
 /// In how far the map told where the robot was; where it did not, what could be.
-void print_health(const Run& run, const Findings& f) {
+void print_health(const LocalizedRun& run, const Findings& f) {
   if (!f.found_s) {
     fmt::print(
         "  never sure where on the map the robot is: is it this place, and is the scale right?\n");
@@ -321,7 +321,7 @@ void print_health(const Run& run, const Findings& f) {
   fmt::print("\n");
 }
 
-void print_result(const LocalizeCommand& o, const Run& run, const Findings& f) {
+void print_result(const LocalizeCommand& o, const LocalizedRun& run, const Findings& f) {
   const Pose2& end = f.end.T_map_robot;
   fmt::print("{}: {} estimates along {:.1f} m\n", o.method, run.result.estimates.size(), f.path_m);
   fmt::print(
@@ -360,7 +360,7 @@ void run_localize(LocalizeCommand& o) {
   };
   read_options(o);
   if (o.output.empty()) o.output = results_folder(o.log, "-localize");
-  const Run run = run_method(o);
+  const LocalizedRun run = run_method(o);
   const Findings findings = findings_of(run);
   const Json summary = summary_of(o, run, findings);
   write_results(o, run, summary);
@@ -374,7 +374,7 @@ void run_localize(LocalizeCommand& o) {
 
 void add_localize(CLI::App& app) {
   auto o = std::make_shared<LocalizeCommand>();
-  CLI::App* command = app.add_subcommand("localize", help());
+  CLI::App* command = app.add_subcommand("localize", localize_help());
   command->add_option("LOG", o->log, "a log or recording of any kind");
   command->add_option("--map", o->map,
                       "a known map: folder of a run, site.majak, YAML with PGM or PNG, picture");

@@ -41,7 +41,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kHelp =
+constexpr const char* kMapHelp =
     "From a laser log to a map, a trajectory and a report.\n"
     "\n"
     "Examples:\n"
@@ -71,7 +71,7 @@ struct MapOptions {
   map::OccupancyGridOptions grid;
 };
 
-std::string help() { return kHelp + mapping_methods_help(); }
+std::string map_help() { return kMapHelp + mapping_methods_help(); }
 
 class Stopwatch {
  public:
@@ -233,7 +233,7 @@ void run_map(MapOptions& o) {
 
 void add_map(CLI::App& app) {
   auto o = std::make_shared<MapOptions>();
-  CLI::App* command = app.add_subcommand("map", help());
+  CLI::App* command = app.add_subcommand("map", map_help());
   command
       ->add_option("LOG", o->log, "a log or recording of any kind, or a live device's serial port")
       ->required();

@@ -20,7 +20,7 @@
 namespace majak::app {
 namespace {
 
-constexpr const char* kHelp =
+constexpr const char* kRouteHelp =
     "The way from one place of a run to another: through which rooms and doors, how long, and a "
     "picture.\n"
     "\n"
@@ -84,7 +84,7 @@ void run_route(RouteCommand& o) {
 
 void add_route(CLI::App& app) {
   auto o = std::make_shared<RouteCommand>();
-  CLI::App* command = app.add_subcommand("route", kHelp);
+  CLI::App* command = app.add_subcommand("route", kRouteHelp);
   command->add_option("RUN", o->run, "folder of a run, or its site.majak")->required();
   command->add_option("--from", o->from, "x,y in m of the map's frame, or a room's name")
       ->required();

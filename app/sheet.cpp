@@ -49,27 +49,30 @@ Json sheet_json() {
 }
 
 template <class... Args>
-void line(const char* label, fmt::format_string<Args...> text, Args&&... args) {
+void sheet_line(const char* label, fmt::format_string<Args...> text, Args&&... args) {
   fmt::print("  {:<18} {}\n", label, fmt::format(text, std::forward<Args>(args)...));
 }
 
 void print_for_people() {
   const auto& s = kLms291;
   fmt::print("SICK LMS-291, 2-D laser range-finder by time of flight: distance = c t / 2\n\n");
-  line("range", "{:.0f} m in centimetres, {:.0f} m in millimetres; {:.0f} m on a target of 10 %",
-       s.range_cm_mode, s.range_mm_mode, s.range_at_10_percent);
-  line("errors", "systematic +-{:.0f} mm, statistical {:.0f} mm (1 sigma), 1 ... 20 m",
-       1e3 * s.systematic_error, 1e3 * s.statistical_error);
-  line("resolution", "{:.0f} mm", 1e3 * s.resolution);
-  line("sensitivity", "standard 30 m, medium 25 m, low 20 m, high 42 m on a target of 10 %");
-  line("mirror", "{:.0f} Hz; a scan takes {:.0f}, {:.0f} or {:.0f} ms at 1, 0.5, 0.25 degrees",
-       s.mirror_rate, 1e3 / s.mirror_rate, 2e3 / s.mirror_rate, 4e3 / s.mirror_rate);
-  line("beam", "{:.0f} nm, {:.0f} mm at the window, spreads by {:.1f} mm a metre",
-       1e9 * s.wavelength, 1e3 * s.spot_at_window, 1e3 * s.divergence);
-  line("serial", "RS-232 to 38400 Bd, RS-422 to 500000 Bd; 8N1; telegrams with CRC");
-  line("supply", "{:.0f} V +-{:.0f} %, {:.0f} W", s.supply, 100 * s.supply_tolerance, s.power);
-  line("mass, size", "{:.1f} kg, {:.0f} x {:.0f} x {:.0f} mm", s.mass, 1e3 * s.size[0],
-       1e3 * s.size[1], 1e3 * s.size[2]);
+  sheet_line("range",
+             "{:.0f} m in centimetres, {:.0f} m in millimetres; {:.0f} m on a target of 10 %",
+             s.range_cm_mode, s.range_mm_mode, s.range_at_10_percent);
+  sheet_line("errors", "systematic +-{:.0f} mm, statistical {:.0f} mm (1 sigma), 1 ... 20 m",
+             1e3 * s.systematic_error, 1e3 * s.statistical_error);
+  sheet_line("resolution", "{:.0f} mm", 1e3 * s.resolution);
+  sheet_line("sensitivity", "standard 30 m, medium 25 m, low 20 m, high 42 m on a target of 10 %");
+  sheet_line("mirror",
+             "{:.0f} Hz; a scan takes {:.0f}, {:.0f} or {:.0f} ms at 1, 0.5, 0.25 degrees",
+             s.mirror_rate, 1e3 / s.mirror_rate, 2e3 / s.mirror_rate, 4e3 / s.mirror_rate);
+  sheet_line("beam", "{:.0f} nm, {:.0f} mm at the window, spreads by {:.1f} mm a metre",
+             1e9 * s.wavelength, 1e3 * s.spot_at_window, 1e3 * s.divergence);
+  sheet_line("serial", "RS-232 to 38400 Bd, RS-422 to 500000 Bd; 8N1; telegrams with CRC");
+  sheet_line("supply", "{:.0f} V +-{:.0f} %, {:.0f} W", s.supply, 100 * s.supply_tolerance,
+             s.power);
+  sheet_line("mass, size", "{:.1f} kg, {:.0f} x {:.0f} x {:.0f} mm", s.mass, 1e3 * s.size[0],
+             1e3 * s.size[1], 1e3 * s.size[2]);
   fmt::print("\n  variant            beams   scans a second; that arrive at");
   for (const int baud : kBauds) fmt::print(" {:>7}", baud);
   fmt::print(" Bd\n");

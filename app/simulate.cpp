@@ -55,7 +55,7 @@ sim::DriveKind drive_of(const std::string& name) {
   throw Error("--drive " + name + ": choose differential, ackermann, car or omnidirectional");
 }
 
-constexpr const char* kHelp =
+constexpr const char* kSimulateHelp =
     "A robot with an LMS-291 drives through a world; out comes an ordinary log, with the truth in "
     "it.\n"
     "\n"
@@ -272,7 +272,7 @@ void run_simulate(SimulateOptions& o) {
 
 void add_simulate(CLI::App& app) {
   auto o = std::make_shared<SimulateOptions>();
-  CLI::App* command = app.add_subcommand("simulate", kHelp);
+  CLI::App* command = app.add_subcommand("simulate", kSimulateHelp);
   command
       ->add_option(
           "world", o->world,

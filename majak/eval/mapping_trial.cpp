@@ -14,9 +14,9 @@
 namespace majak::eval {
 namespace {
 
-constexpr double kSeenAgain = 1.0;  // m between two places that see the same
-constexpr double kWay = 15;         // m driven between them, at least
-constexpr double kTogether = 0.2;   // m off, within which they lie on each other
+constexpr double kSeenAgain = 1.0;    // m between two places that see the same
+constexpr double kWay = 15;           // m driven between them, at least
+constexpr double kOnEachOther = 0.2;  // m off, within which they lie on each other
 
 /// Work over the events of a log, by fifths.
 class Meter {
@@ -98,7 +98,7 @@ std::optional<double> recognised(const std::vector<Place>& places) {
     const Pose2 off = between(between(nearest->truth, places[j].truth),
                               between(nearest->estimate, places[j].estimate));
     ++again;
-    together += off.translation().norm() < kTogether;
+    together += off.translation().norm() < kOnEachOther;
   }
   if (again == 0) return std::nullopt;
   return static_cast<double>(together) / static_cast<double>(again);

@@ -13,6 +13,9 @@
 namespace majak::match {
 namespace {
 
+// Information in the weak direction over that in the strong one.
+constexpr double kHeldShare = 0.01;
+
 constexpr double kNormalNoise2 = 3e-3;  // rad^2, variance of a surfel's normal
 constexpr int kLanes = 8;  // sums are kept in lanes, in the same order whatever the vector unit
 
@@ -248,6 +251,12 @@ double log_likelihood(const ScanPoints& points, const Map& map, const Pose2& T_m
     sum -= pairs.share[i] * std::log1p(off2 / cauchy2);
   }
   return 0.5 * cauchy2 / (options.sigma * options.sigma) * sum;
+}
+
+bool holds_all_round(const Mat3& information) {
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+  axes.computeDirect(information.topLeftCorner<2, 2>());
+  return axes.eigenvalues()(0) > kHeldShare * axes.eigenvalues()(1);
 }
 
 template double share_on(const ScanPoints&, const map::SurfelMap&, const Pose2&, double);

@@ -55,6 +55,10 @@ struct Match {
   bool converged = false;
 };
 
+/// Is the position held in every direction, or does a match of this information slide along
+/// something, as in a corridor?
+bool holds_all_round(const Mat3& information);
+
 /// Share of the points within `gate` m of a surface of the map; 0 of none.
 template <class Map>
 double share_on(const ScanPoints& points, const Map& map, const Pose2& T_map_robot, double gate);

@@ -10,7 +10,7 @@
 namespace majak::methods {
 namespace {
 
-const MappingMethod kMethods[] = {
+const MappingMethod kMappers[] = {
     {"graph-slam", "", "simultaneous localization and mapping, p. 34; a pose graph as of today",
      "scans; odometry helps", "poses with covariance, loops closed, map",
      [](const MappingOptions& o, Threads threads) {
@@ -63,15 +63,15 @@ void describe(OptionFields& fields, MappingOptions& o) {
   slam::describe(fields, o.em);
 }
 
-std::span<const MappingMethod> mapping_methods() { return kMethods; }
+std::span<const MappingMethod> mapping_methods() { return kMappers; }
 
 const MappingMethod& mapping_method(std::string_view name) {
   const auto found = std::find_if(
-      std::begin(kMethods), std::end(kMethods),
+      std::begin(kMappers), std::end(kMappers),
       [&](const MappingMethod& m) { return name == m.name || (*m.after && name == m.after); });
-  if (found != std::end(kMethods)) return *found;
+  if (found != std::end(kMappers)) return *found;
   std::string names;
-  for (const MappingMethod& m : kMethods) names += std::string(names.empty() ? "" : ", ") + m.name;
+  for (const MappingMethod& m : kMappers) names += std::string(names.empty() ? "" : ", ") + m.name;
   throw Error("no method " + std::string(name) + " makes a map; there are: " + names);
 }
 

@@ -9,7 +9,7 @@
 namespace majak::sensor {
 namespace {
 
-constexpr int kTries = 3;                      // of a command, before everything is asked anew
+constexpr int kCommandTries = 3;               // of a command, before everything is asked anew
 constexpr Duration kPollPause = kSecond / 2;   // between two questions for the state
 constexpr Duration kBusyPause = kSecond;       // after a refusal that may pass
 constexpr std::size_t kMostDeliveries = 1000;  // 20 s at 50 Hz
@@ -110,7 +110,7 @@ void ColaSession::no_answer(Time now) {
   } else if (step_ == Step::identify) {
     done(step_);
     ask_next(now);
-  } else if (tries_ < kTries) {
+  } else if (tries_ < kCommandTries) {
     send(now);
   } else {
     report_.count("CoLa: commands without an answer");
@@ -234,7 +234,7 @@ void ColaSession::refused(unsigned code, Time now) {
     tries_ = 0;
   } else if (step_ != Step::subscribe) {
     done(step_);
-  } else if (tries_ >= kTries) {
+  } else if (tries_ >= kCommandTries) {
     return search(now);
   } else {
     return ask_next(now, kBusyPause);

@@ -143,7 +143,7 @@ void check(bool right, const char* what) {
   if (!right) throw Error(std::string("a telegram of measured values cannot be made: ") + what);
 }
 
-void put_beams(std::vector<std::uint8_t>& data, const Subrange& beams) {
+void put_beam_range(std::vector<std::uint8_t>& data, const Subrange& beams) {
   put_16(data, beams.first);
   put_16(data, beams.last | (beams.direct ? 0x8000u : 0u));
 }
@@ -169,7 +169,7 @@ void put_s14_reflectivities(std::vector<std::uint8_t>& data, const LmsScan& scan
   const std::size_t count = scan.reflectivities.size();
   check(scan.reflectivity_beams.size() == static_cast<int>(count), "count of reflectivities");
   put_16(data, static_cast<unsigned>(count));
-  put_beams(data, scan.reflectivity_beams);
+  put_beam_range(data, scan.reflectivity_beams);
   for (const std::uint16_t r : scan.reflectivities) data.push_back(static_cast<std::uint8_t>(r));
 }
 
@@ -194,7 +194,7 @@ Telegram tell_scan(const LmsScan& scan, std::uint8_t address) {
     for (const Subrange& beams : scan.beams) {
       const auto count = static_cast<std::size_t>(beams.size());
       check(first + count <= scan.values.size(), "fewer values than beams");
-      put_beams(data, beams);
+      put_beam_range(data, beams);
       put_values(data, *layout, scan, first, count);
       first += count;
     }

@@ -10,12 +10,12 @@ namespace {
 
 constexpr std::size_t kHeader = 5;                    // STX ... code
 constexpr Duration kBetweenTelegrams = kSecond / 50;  // longer than any gap inside of one
-constexpr Time kNever = std::numeric_limits<Time>::min();
+constexpr Time kBeforeAll = std::numeric_limits<Time>::min();
 
 }  // namespace
 
 TelegramFramer::TelegramFramer(Direction direction, Duration timeout)
-    : direction_(direction), timeout_(timeout), before_(kNever) {}
+    : direction_(direction), timeout_(timeout), before_(kBeforeAll) {}
 
 void TelegramFramer::push(std::span<const std::uint8_t> bytes, Time now) {
   if (bytes.empty()) return;

@@ -9,8 +9,6 @@
 namespace majak::slam {
 namespace {
 
-constexpr double kShared =
-    0.25;  // of a match's information: returns of one wall share their errors
 const Vec3 kMatchFloor(4e-6, 4e-6, 1e-6);   // m^2, rad^2
 const Vec3 kWeakStep(0.04, 0.04, 0.04);     // m^2, rad^2
 constexpr double kLoose = 0.05;             // m; what comes after a match known worse hangs on it
@@ -23,7 +21,7 @@ Mat3 symmetric(const Mat3& m) { return 0.5 * (m + m.transpose()); }
 Mat3 match_information(const FrontEndStep& step, bool weak) {
   const Mat3 r = rotation3(step.T_map_robot.theta);
   const Mat3 information =
-      kShared * r.transpose() * step.match.information * r + 1e-3 * Mat3::Identity();
+      kSharedErrors * r.transpose() * step.match.information * r + 1e-3 * Mat3::Identity();
   const Vec3 unknown = weak ? Vec3(kMatchFloor + kWeakStep) : kMatchFloor;
   // (information^-1 + unknown)^-1 without the inverse of what may be nearly singular.
   const Mat3 widened = Mat3::Identity() + information * unknown.asDiagonal();

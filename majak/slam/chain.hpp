@@ -16,6 +16,8 @@
 
 namespace majak::slam {
 
+/// Of a match's information: returns of one wall share their errors.
+inline constexpr double kSharedErrors = 0.25;
 /// m^2, m^2, rad^2 for a key scan: the random walk of the front end's local maps.
 inline const Vec3 kLocalMapDrift(5e-7, 5e-7, 3e-7);
 

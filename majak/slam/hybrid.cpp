@@ -2,7 +2,6 @@
 #include "majak/slam/hybrid.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -15,8 +14,6 @@
 namespace majak::slam {
 namespace {
 
-constexpr double kShared = 0.25;       // of a match's information, as in slam/chain
-constexpr double kHeldShare = 0.01;    // information in the weak direction over the strong one
 constexpr double kHeldTogether = 100;  // neighbours on the same old ground: their errors agree
 constexpr double kHeldReach = 0.03;    // m, by which tracking may move the robot, however sure
 constexpr double kOneScale = 20;       // m of way over which the wheels' scale errs alike
@@ -43,14 +40,8 @@ Vec3 normal3(RandomStream& random) {
 /// Of a match: information in the axes of its own pose, never quite nothing.
 Mat3 own_information(const match::Match& match) {
   const Mat3 r = rotation3(match.T_map_robot.theta);
-  const Mat3 own = kShared * r.transpose() * match.information * r;
+  const Mat3 own = kSharedErrors * r.transpose() * match.information * r;
   return 0.5 * (own + own.transpose()) + 1e-3 * Mat3::Identity();
-}
-
-bool holds_all_round(const Mat3& information) {
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
-  axes.computeDirect(information.topLeftCorner<2, 2>());
-  return axes.eigenvalues()(0) > kHeldShare * axes.eigenvalues()(1);
 }
 
 bool same_place(const Pose2& a, const Pose2& b, double reach) {
@@ -351,7 +342,7 @@ std::optional<Hybrid::Place> Hybrid::place_agreed_on() const {
       std::max_element(matches.begin(), matches.end(),
                        [](const auto& a, const auto& b) { return a.score < b.score; });
   if (share_facing(points, map_, best->T_map_robot, kNearMap) < options_.old_share ||
-      !holds_all_round(best->information))
+      !match::holds_all_round(best->information))
     return std::nullopt;
   int votes = 0, against = 0;
   for (const match::Match& m : matches)

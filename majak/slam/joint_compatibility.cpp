@@ -11,7 +11,7 @@
 namespace majak::slam {
 namespace {
 
-constexpr std::size_t kMost = 32;  // sightings that are looked at together
+constexpr std::size_t kMostSightings = 32;  // sightings that are looked at together
 
 // Depth first over the sightings; each pairing that is added extends the Cholesky root of the joint
 // innovation's covariance by two rows.
@@ -24,7 +24,7 @@ class Search {
         options_(options),
         chosen_(candidates.size(), -1),
         best_(candidates.size(), -1) {
-    for (std::size_t k = 0; k <= std::min(candidates.size(), kMost); ++k)
+    for (std::size_t k = 0; k <= std::min(candidates.size(), kMostSightings); ++k)
       bounds_.push_back(k == 0 ? 0
                                : chi_square_quantile(options.gate, 2.0 * static_cast<double>(k)));
     const auto n = 2 * static_cast<Eigen::Index>(bounds_.size());

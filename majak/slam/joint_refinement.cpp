@@ -21,7 +21,7 @@ constexpr int kLeastInliers = 20;
 // All pairs share the laser's systematic error, so that a hundred of them tell of a direction which
 // it shifts no more than one. Counted as if each had an error of its own, they bent corridors that
 // were driven both ways.
-constexpr double kShared = 100;
+constexpr double kAsOne = 100;
 
 map::SurfelMapOptions target_options(double gate) {
   map::SurfelMapOptions o;
@@ -85,7 +85,7 @@ std::optional<graph::Edge> pair_edge(std::size_t j, std::size_t i, const PairSum
 }
 
 Mat3 with_common_error(const Mat3& information, const RangeBias::Columns& shift) {
-  const Mat3 covariance = kShared * shift * shift.transpose();
+  const Mat3 covariance = kAsOne * shift * shift.transpose();
   const Mat3 left = (Mat3::Identity() + information * covariance).inverse() * information;
   return 0.5 * (left + left.transpose());
 }

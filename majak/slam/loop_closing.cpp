@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/slam/loop_closing.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -14,8 +13,6 @@ namespace {
 
 constexpr std::size_t kCachedSubmaps = 24;
 constexpr std::size_t kSubmapPoints = 300;
-constexpr double kHeldShare =
-    0.01;                        // information in the weak direction over that in the strong one
 constexpr double kNearer = 0.2;  // overlap that a place far from where the way ends must have more
 // A closure that tells no more than expected waits for the next one that does: on a place that is
 // known well the graph need not be solved anew every few metres.
@@ -86,12 +83,6 @@ struct Comparison {
     }
   }
 };
-
-bool holds_all_round(const Mat3& information) {
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
-  axes.computeDirect(information.topLeftCorner<2, 2>());
-  return axes.eigenvalues()(0) > kHeldShare * axes.eigenvalues()(1);
-}
 
 Mat3 to_axes_of(const Pose2& pose, const Mat3& information_map) {
   const double c = std::cos(pose.theta), s = std::sin(pose.theta);
@@ -294,7 +285,7 @@ bool LoopCloser::fits(const Submap& from, const Submap& to, const Pose2& guess,
   const match::Match m = match::align(to.points, from.map, {guess, Mat3::Zero()}, align);
   if (!m.converged || m.score < 0.2) return false;
   // One empty corridor looks like another: found by searching, it has to fix the place all round.
-  if (closure.searched && !holds_all_round(m.information)) return false;
+  if (closure.searched && !match::holds_all_round(m.information)) return false;
 
   Comparison comparison;
   comparison.add(to.points, m.T_map_robot, from.views);

@@ -19,7 +19,6 @@ namespace {
 constexpr std::size_t kNext = 3;              // later scans that overlap in any case ...
 constexpr double kNextScore = 0.6;            // ... and the share that must match
 constexpr float kSameSide = 0.7F;             // cosine between normals
-constexpr double kShared = 0.25;              // of a match's information: walls' errors
 const Vec3 kPairFloor(4e-6, 4e-6, 1e-6);      // m^2, rad^2: what a match does not know of itself
 const Vec3 kMatchPrior(100.0, 100.0, 400.0);  // 1/m^2, 1/rad^2: present poses, doubted
 
@@ -141,7 +140,7 @@ Mat3 pair_information(const match::Match& match) {
   const Mat3 s = match::without_normal_noise(match.information);
   const Mat3 r = rotation3(match.T_map_robot.theta);
   const Mat3 information =
-      kShared * r.transpose() * (s * match.information * s) * r + 1e-3 * Mat3::Identity();
+      kSharedErrors * r.transpose() * (s * match.information * s) * r + 1e-3 * Mat3::Identity();
   const Mat3 widened =
       (Mat3::Identity() + information * kPairFloor.asDiagonal()).inverse() * information;
   return 0.5 * (widened + widened.transpose());

@@ -11,7 +11,7 @@
 namespace majak::slam {
 namespace {
 
-constexpr double kOnMap = 0.08;        // m
+constexpr double kOnSurface = 0.08;    // m
 constexpr std::size_t kPatience = 10;  // scans that may queue behind one that waits for odometry
 
 }  // namespace
@@ -105,7 +105,7 @@ void ScanChain::hang_all(Threads threads) {
     PosedScan& posed = site_.scans[i];
     const auto points = match::scan_points(posed.scan, options_.front_end.points, false);
     posed.estimate.T_map_robot = hang(i).T_map_robot;
-    const double score = match::share_on(points, map, posed.estimate.T_map_robot, kOnMap);
+    const double score = match::share_on(points, map, posed.estimate.T_map_robot, kOnSurface);
     posed.match_score = static_cast<float>(score);
     if (score < kLostScore) posed.estimate.health = Health::lost;
   });
