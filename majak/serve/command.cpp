@@ -180,7 +180,7 @@ class Strictness {
     using Event = Json::parse_event_t;
     if (event == Event::object_start) names_.emplace_back();
     if (event == Event::object_end) names_.pop_back();
-    if ((event == Event::object_start || event == Event::array_start) && depth > 4)
+    if ((event == Event::object_start || event == Event::array_start) && depth > 3)
       throw Error("the command is nested too deep");
     if (event == Event::key && !names_.back().insert(parsed.get<std::string>()).second)
       throw Error("the command has the field " + shown(parsed.get<std::string>()) + " twice");
@@ -193,6 +193,8 @@ class Strictness {
 
 Json parse(std::string_view text) {
   if (text.size() > kMaxCommandBytes) throw Error("the command is longer than 64 kB");
+  if (const std::size_t nul = text.find('\0'); nul != text.npos)  // the parser would end there
+    throw Error("the command is not JSON: byte " + std::to_string(nul + 1));
   Strictness strictness;
   try {
     return Json::parse(text, [&](int depth, Json::parse_event_t event, const Json& parsed) {
