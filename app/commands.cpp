@@ -10,6 +10,7 @@
 #include "app/compare.hpp"
 #include "app/convert.hpp"
 #include "app/demo.hpp"
+#include "app/edit.hpp"
 #include "app/emulate.hpp"
 #include "app/evaluate.hpp"
 #include "app/export.hpp"
@@ -55,6 +56,7 @@ void add_commands(CLI::App& app) {
   add_faces(app);
   add_label(app);
   add_route(app);
+  add_edit(app);
   add_export(app);
   add_figure(app);
   add_demo(app);

@@ -5,12 +5,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <filesystem>
 #include <memory>
 #include <new>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
 #include <vector>
@@ -20,19 +18,13 @@
 #include "app/live.hpp"
 #include "app/log_options.hpp"
 #include "app/progress.hpp"
+#include "app/results.hpp"
+#include "app/scan_pair.hpp"
 #include "app/write_figure.hpp"
 #include "majak/core/error.hpp"
-#include "majak/draw/report.hpp"
-#include "majak/io/atomic_file.hpp"
-#include "majak/io/g2o.hpp"
-#include "majak/io/map_files.hpp"
 #include "majak/io/options_file.hpp"
-#include "majak/io/site_file.hpp"
-#include "majak/io/site_graph.hpp"
 #include "majak/io/source.hpp"
-#include "majak/io/summary.hpp"
-#include "majak/io/tum.hpp"
-#include "majak/map/occupancy_grid.hpp"
+#include "majak/map/edits.hpp"
 #include "majak/methods/mappers.hpp"
 #include "majak/motion/slip.hpp"
 
@@ -67,55 +59,25 @@ struct MapOptions {
   DeviceOptions device;
   std::string record;  // also keep what the device sends
   std::string method = "graph-slam";
-  methods::MappingOptions mapping;
-  map::OccupancyGridOptions grid;
+  RunOptions options;
 };
 
 std::string map_help() { return kMapHelp + mapping_methods_help(); }
 
-class Stopwatch {
- public:
-  void lap(const char* stage) {
-    const double now = cpu_seconds();
-    laps_.emplace_back(fmt::format("{}_cpu_s", stage), now - last_);
-    last_ = now;
-  }
-  const std::vector<io::NamedFigure>& laps() const { return laps_; }
-
- private:
-  double last_ = 0;
-  std::vector<io::NamedFigure> laps_;
-};
-
-// "151-945": the scans that a closure joins.
-std::pair<std::size_t, std::size_t> scan_pair(const std::string& text) {
-  std::size_t from = 0, to = 0;
-  const char *begin = text.data(), *end = begin + text.size();
-  const auto first = std::from_chars(begin, end, from);
-  const bool dash = first.ec == std::errc{} && first.ptr != end && *first.ptr == '-';
-  const auto second = dash ? std::from_chars(first.ptr + 1, end, to) : first;
-  if (!dash || second.ec != std::errc{} || second.ptr != end)
-    throw Error(
-        fmt::format("--without-loop {}: two scan numbers are expected, as in 151-945", text));
-  return {from, to};
-}
-
 void read_options(MapOptions& o) {
   OptionFields fields;
-  methods::describe(fields, o.mapping);
-  map::describe(fields, o.grid);
+  describe(fields, o.options);
   if (!o.options_file.empty()) io::apply_options_file(fields, o.options_file);
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
-  if (o.no_odometry) o.mapping.graph_slam.chain.use_odometry = false;
-  if (o.no_loops) o.mapping.graph_slam.close_loops = false;
+  if (o.no_odometry) o.options.mapping.graph_slam.chain.use_odometry = false;
+  if (o.no_loops) o.options.mapping.graph_slam.close_loops = false;
   for (const std::string& pair : o.without_loops)
-    o.mapping.graph_slam.loops.switched_off.push_back(scan_pair(pair));
+    o.options.mapping.graph_slam.loops.switched_off.push_back(scan_pair("--without-loop", pair));
 }
 
 std::string effective_options(MapOptions& o) {
   OptionFields fields;
-  methods::describe(fields, o.mapping);
-  map::describe(fields, o.grid);
+  describe(fields, o.options);
   return io::options_toml(fields);
 }
 
@@ -130,7 +92,7 @@ slam::Mapping finish(const slam::Mapper& mapper, const std::string& log) {
 slam::Mapping map_log(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
   Progress progress;
   Input source(o.log, o.source, o.device, o.record, progress);
-  const slam::Mapper mapper = methods::mapping_method(o.method).make(o.mapping, threads);
+  const slam::Mapper mapper = methods::mapping_method(o.method).make(o.options.mapping, threads);
   std::int64_t scans = 0;
   while (auto event = source.next()) {
     scans += std::holds_alternative<Scan>(*event);
@@ -162,26 +124,13 @@ slam::Mapping make_map(const MapOptions& o, Threads threads, Stopwatch& stopwatc
   }
 }
 
-void write_results(const MapOptions& o, const Site& site,
-                   const std::vector<motion::SlipEvent>& slips, Stopwatch& stopwatch,
-                   std::string& summary) {
-  const fs::path folder = o.output;
-  make_folder(folder);
-  const auto grid = map::build_occupancy_grid(site, o.grid);
-  stopwatch.lap("grid");
-  io::write_map_files(folder, grid);
-  io::write_file_atomically(folder / "trajectory.tum", io::tum_text(site));
-  io::write_g2o(folder / "graph.g2o", io::graph_of(site));
-  io::write_file_atomically(folder / "options.toml", site.options_toml);
-  io::write_site(folder / "site.majak", site);
-  stopwatch.lap("write");
-  draw::ReportExtras extras;
-  extras.timing = stopwatch.laps();
-  extras.slips = slips;
-  io::write_file_atomically(folder / "report.html", draw::report_html(site, grid, extras));
-  stopwatch.lap("report");
-  summary = io::summary_json(site, grid, {}, stopwatch.laps(), slips);
-  io::write_file_atomically(folder / "summary.json", summary);
+// Closures left out are a correction like any other: with the run's edits they can be undone.
+void keep_switched_off(const MapOptions& o, Site& site) {
+  const auto& off = o.options.mapping.graph_slam.loops.switched_off;
+  for (const Constraint& c : site.constraints)
+    if (c.kind == ConstraintKind::closure &&
+        std::find(off.begin(), off.end(), std::pair{c.from, c.to}) != off.end())
+      map::switch_closure(site, c.from, c.to, false);
 }
 
 void print_result(const MapOptions& o, const Site& site,
@@ -218,15 +167,12 @@ void run_map(MapOptions& o) {
   slam::Mapping mapping = make_map(o, threads, stopwatch);
   Site& site = mapping.site;
   site.options_toml = effective_options(o);
-  auto slips = motion::find_slips(site);
-  motion::sort_by_size(slips);
-  stopwatch.lap("slips");
-  std::string summary;
-  write_results(o, site, slips, stopwatch, summary);
+  keep_switched_off(o, site);
+  const Results results = write_results(o.output, site, o.options.grid, stopwatch);
   if (o.json)
-    fmt::print("{}", summary);
+    fmt::print("{}", results.summary);
   else
-    print_result(o, site, slips);
+    print_result(o, site, results.slips);
 }
 
 }  // namespace

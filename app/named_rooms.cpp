@@ -9,6 +9,7 @@
 #include "majak/io/known_map_files.hpp"
 #include "majak/io/number.hpp"
 #include "majak/io/topology_files.hpp"
+#include "majak/map/edits.hpp"
 #include "majak/map/occupancy_grid.hpp"
 
 namespace majak::app {
@@ -35,6 +36,8 @@ NamedRooms read_named_rooms(const std::string& run, const map::TopologyOptions& 
   rooms.topology = map::build_topology(rooms.known, options);
   rooms.labels = io::read_labels(labels_path(run));
   rooms.names = map::room_names(rooms.topology, rooms.labels);
+  rooms.allowed = rooms.known;
+  if (input.site) map::forbid(rooms.allowed, *input.site);
   return rooms;
 }
 

@@ -14,6 +14,7 @@ namespace majak::app {
 
 struct NamedRooms {
   map::KnownMap known;
+  map::KnownMap allowed;  ///< the same without the zones that are forbidden by hand
   map::Topology topology;
   std::vector<map::RoomLabel> labels;
   std::vector<std::string> names;  ///< one a room

@@ -67,7 +67,7 @@ void run_route(RouteCommand& o) {
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
   const NamedRooms rooms = read_named_rooms(o.run, o.rooms);
   const map::Route route =
-      find_route(rooms.known, rooms.topology, place_called(rooms, o.from, "--from"),
+      find_route(rooms.allowed, rooms.topology, place_called(rooms, o.from, "--from"),
                  place_called(rooms, o.to, "--to"), o.route);
   if (!route.found)
     throw Error(fmt::format("{}: no way from {} to {} for a robot of {} m radius", o.run, o.from,

@@ -19,6 +19,10 @@ inline constexpr float kNoReturn = std::numeric_limits<float>::infinity();
 /// A beam of which nothing is known (damaged value, dazzled, masked).
 inline constexpr float kInvalidRange = std::numeric_limits<float>::quiet_NaN();
 
+/// In a site whose edits are applied, a range below zero: free so far, but what ended the beam does
+/// not count, because a person erased it.
+constexpr float erased(float range) { return -range; }
+
 /// One turn of a 2-D laser. Beam i points to start_angle + i * angle_step in the laser's frame
 /// (x ahead, counter-clockwise positive) and was fired at time + beam_time(i).
 struct Scan {
@@ -28,7 +32,7 @@ struct Scan {
   float max_range = 0;                ///< m; returns lie strictly below
   Pose2 T_robot_laser;                ///< mounting
   int laser = 0;                      ///< 0 front, 1 rear, ... as the log numbers them
-  std::vector<float> ranges;          ///< m; kNoReturn and kInvalidRange are not finite
+  std::vector<float> ranges;          ///< m; kNoReturn and kInvalidRange are not finite; erased()
   std::vector<float> intensities;     ///< raw units, empty or one a beam
   std::optional<Pose2> T_odom_robot;  ///< odometry that the log states in the scan's own record
 

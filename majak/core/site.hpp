@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "majak/core/edit.hpp"
 #include "majak/core/estimate.hpp"
 #include "majak/core/event.hpp"
 #include "majak/core/report.hpp"
@@ -40,6 +41,14 @@ struct Constraint {
   bool enabled = true;              ///< false: rejected or switched off; kept as evidence
 };
 
+/// What the front end knew of a key scan when it matched it to a local map: with the constraints
+/// enough to optimise the map anew without the log.
+struct KeyLink {
+  std::size_t local_map = 0;              ///< key scan that began that map; counts key scans
+  bool weak_step = false;                 ///< the way from the key scan before is not to be trusted
+  Mat3 match_information = Mat3::Zero();  ///< of its pose in that map, own axes
+};
+
 /// A value learnt from the log with its standard deviation.
 struct Learnt {
   double value = 0;
@@ -63,6 +72,10 @@ struct Site {
   std::string source_name;  ///< the log's file name, without its folder
   std::vector<PosedScan> scans;
   std::vector<Constraint> constraints;
+  std::vector<KeyLink> key_links;  ///< of the key scans in their order; empty: the method has none
+  std::vector<Edit> edits;         ///< what people corrected, the oldest first
+  /// The edits are in the scans and poses already (map/edits): for use, not for keeping.
+  bool edits_applied = false;
   std::vector<Truth> truth;  ///< as found in the log, may be empty
   OdometryFindings odometry;
   bool used_odometry = false;

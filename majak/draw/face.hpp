@@ -112,7 +112,8 @@ FacePage elevation_face(const Site& site, const FaceOptions& options);
 
 /// The same page of any walls, and of the walls of a map of cells (m of T_world_map's world), with
 /// what the conversion lost and made up. Throws Error when there is none.
-FacePage segments_page(const std::vector<map::Segment>& walls);
+FacePage segments_page(const std::vector<map::Segment>& walls,
+                       const std::vector<std::vector<Vec2>>& forbidden = {});
 FacePage contours_page(const map::KnownMap& map, const Pose2& T_world_map);
 
 /// A page that went well, or why it did not.

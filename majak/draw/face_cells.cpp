@@ -8,6 +8,7 @@
 #include "majak/draw/face.hpp"
 #include "majak/draw/face_figure.hpp"
 #include "majak/io/map_files.hpp"
+#include "majak/map/edits.hpp"
 #include "majak/map/known_map.hpp"
 #include "majak/map/returns.hpp"
 
@@ -79,6 +80,7 @@ FacePage occupancy_face(const Site& site, const FaceOptions& o) {
 FacePage inflated_face(const Site& site, const FaceOptions& o) {
   map::KnownMap known = map::known_map(map::build_occupancy_grid(site, o.grid, o.threads));
   const double free_before = known.area(map::CellState::free);
+  map::forbid(known, site, map::CellState::occupied);
   const map::CellMask blocked =
       map::inflate(known, map::Disc{o.robot.radius}, o.inflation, o.threads);
   for (std::size_t i = 0; i < known.cells.size(); ++i)

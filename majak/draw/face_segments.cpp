@@ -9,10 +9,12 @@
 #include "majak/draw/face_figure.hpp"
 #include "majak/draw/sketch.hpp"
 #include "majak/io/segment_files.hpp"
+#include "majak/map/edits.hpp"
 
 namespace majak::draw {
 
-FacePage segments_page(const std::vector<map::Segment>& walls) {
+FacePage segments_page(const std::vector<map::Segment>& walls,
+                       const std::vector<std::vector<Vec2>>& forbidden) {
   if (walls.empty())
     throw Error("no straight piece has returns enough; try --set refinement.min_returns=20");
   double length = 0;
@@ -25,6 +27,11 @@ FacePage segments_page(const std::vector<map::Segment>& walls) {
     length += wall.length();
     sigmas.push_back(std::sqrt(wall.covariance(0, 0)));
   }
+  for (const std::vector<Vec2>& zone : forbidden) {
+    std::vector<Point> outline;
+    for (const Vec2& p : zone) outline.push_back(point(p));
+    marks.emplace_back(Polyline{std::move(outline), {ink::red, 1.2}, true});
+  }
   marks.emplace_back(Dots{ends, 1.8, ink::red});
   std::nth_element(sigmas.begin(), sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2),
                    sigmas.end());
@@ -35,15 +42,16 @@ FacePage segments_page(const std::vector<map::Segment>& walls) {
                   {"length_m", length},
                   {"sigma_offset_median_m", sigmas[sigmas.size() / 2]}};
   page.figure = map_sheet("Segments", std::move(marks));
-  page.files = {{"walls.dxf", io::segments_dxf(walls)},
-                {"walls.svg", io::segments_svg(walls)},
-                {"walls.geojson", io::segments_geojson(walls)},
-                {"walls.wkt", io::segments_wkt(walls)}};
+  page.files = {{"walls.dxf", io::segments_dxf(walls, forbidden)},
+                {"walls.svg", io::segments_svg(walls, forbidden)},
+                {"walls.geojson", io::segments_geojson(walls, forbidden)},
+                {"walls.wkt", io::segments_wkt(walls, forbidden)}};
   return page;
 }
 
 FacePage segments_face(const Site& site, const FaceOptions& o) {
-  return segments_page(map::build_segments(site, o.segments, nullptr, o.known_walls).walls());
+  return segments_page(map::build_segments(site, o.segments, nullptr, o.known_walls).walls(),
+                       map::shapes_in_map(site, EditKind::forbidden));
 }
 
 FacePage contours_page(const map::KnownMap& map, const Pose2& T_world_map) {

@@ -134,6 +134,26 @@ std::vector<std::string> odometry_in_words(const Site& site) {
   return out;
 }
 
+std::string edits_in_words(const Site& site) {
+  if (site.edits.empty()) return "";
+  constexpr const char* kOne[kEditKinds] = {"erased area", "wall", "forbidden zone",
+                                            "crop",        "turn", "closure switched off"};
+  constexpr const char* kMany[kEditKinds] = {"erased areas", "walls", "forbidden zones",
+                                             "crops",        "turns", "closures switched off"};
+  std::string list;
+  for (int kind = 0; kind < kEditKinds; ++kind) {
+    const auto n = std::count_if(site.edits.begin(), site.edits.end(), [&](const Edit& edit) {
+      return static_cast<int>(edit.kind) == kind;
+    });
+    if (n > 0)
+      list +=
+          fmt::format("{}{} {}", list.empty() ? "" : ", ", n, n == 1 ? kOne[kind] : kMany[kind]);
+  }
+  return fmt::format("{} by hand: {}.",
+                     site.edits.size() == 1 ? "1 edit" : fmt::format("{} edits", site.edits.size()),
+                     list);
+}
+
 std::string verdict_in_words(const Site& site, const io::Figures& f) {
   if (f.scans == 0) return "The log holds no scans, so there is no map.";
   if (f.scans == 1) return "The log holds a single scan: the map is what that scan saw.";
@@ -161,6 +181,7 @@ std::string verdict_in_words(const Site& site, const io::Figures& f) {
   } else {
     text += " No place was recognised again, so errors could only grow along the way.";
   }
+  if (!site.edits.empty()) text += " " + edits_in_words(site);
   return text;
 }
 

@@ -13,7 +13,10 @@ namespace majak::draw {
 /// Sentences (plain text) on the robot's odometry and the laser's mounting.
 std::vector<std::string> odometry_in_words(const Site& site);
 
-/// One or two sentences (plain text): can this map be trusted, and where not.
+/// What people corrected, "3 edits by hand: 2 walls, 1 turn."; empty where nothing.
+std::string edits_in_words(const Site& site);
+
+/// A few sentences (plain text): can this map be trusted, and where not; what was corrected.
 std::string verdict_in_words(const Site& site, const io::Figures& figures);
 
 }  // namespace majak::draw

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "majak/io/atomic_file.hpp"
+#include "majak/map/edits.hpp"
 
 namespace majak::io {
 
@@ -174,6 +175,23 @@ void write_map_files(const std::filesystem::path& folder, const OccupancyGrid& g
   write_file_atomically(folder / "map.png", encode_png(shaded_map(grid, frame)));
   write_file_atomically(folder / "map.pgm", pgm_text(trinary_map(grid, frame)));
   write_file_atomically(folder / "map.yaml", map_yaml(frame, "map.pgm"));
+}
+
+void write_keepout_files(const std::filesystem::path& folder, const OccupancyGrid& grid,
+                         const Site& site) {
+  if (map::shapes_in_map(site, EditKind::forbidden).empty()) {
+    std::error_code ignored;
+    for (const char* name : {"keepout.yaml", "keepout.pgm"})
+      std::filesystem::remove(folder / name, ignored);
+    return;
+  }
+  const MapFrame frame = frame_of(grid);
+  map::KnownMap mask{frame.pixel, frame.x0, frame.y0, frame.width, frame.height, {}};
+  mask.cells.assign(static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height),
+                    map::CellState::free);
+  map::forbid(mask, site, map::CellState::occupied);
+  write_file_atomically(folder / "keepout.pgm", pgm_text(trinary_map(mask)));
+  write_file_atomically(folder / "keepout.yaml", map_yaml(frame, "keepout.pgm"));
 }
 
 }  // namespace majak::io

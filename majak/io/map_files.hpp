@@ -43,4 +43,9 @@ std::string map_yaml(const map::KnownMap& known, const std::string& image_name);
 /// Writes map.png, map.pgm and map.yaml into the folder, each whole or not at all.
 void write_map_files(const std::filesystem::path& folder, const map::OccupancyGrid& grid);
 
+/// keepout.pgm and keepout.yaml, the same size as map.pgm: forbidden zones occupied and all else
+/// free, as the keepout filter of Nav2 wants it. A site without such zones leaves neither file.
+void write_keepout_files(const std::filesystem::path& folder, const map::OccupancyGrid& grid,
+                         const Site& site);
+
 }  // namespace majak::io

@@ -17,9 +17,12 @@ struct Box {
   Vec2 low = Vec2::Zero(), high = Vec2::Zero();
 };
 
-Box box_of(std::span<const map::Segment> segments) {
-  if (segments.empty()) return {};
-  Box box{segments[0].a, segments[0].a};
+Box box_of(std::span<const map::Segment> segments, const Zones& zones) {
+  if (segments.empty() && zones.empty()) return {};
+  const Vec2 first = segments.empty() ? zones[0][0] : segments[0].a;
+  Box box{first, first};
+  for (const std::vector<Vec2>& zone : zones)
+    for (const Vec2& p : zone) box.low = box.low.cwiseMin(p), box.high = box.high.cwiseMax(p);
   for (const map::Segment& s : segments) {
     box.low = box.low.cwiseMin(s.a.cwiseMin(s.b));
     box.high = box.high.cwiseMax(s.a.cwiseMax(s.b));
@@ -54,7 +57,15 @@ void dxf_header(std::string& out, const Box& box) {
   group(out, 0, "ENDSEC");
 }
 
-void dxf_tables(std::string& out) {
+void dxf_layer(std::string& out, const char* name, const char* colour) {
+  group(out, 0, "LAYER");
+  group(out, 2, name);
+  group(out, 70, "0");
+  group(out, 62, colour);
+  group(out, 6, "CONTINUOUS");
+}
+
+void dxf_tables(std::string& out, bool zones) {
   section(out, "TABLES");
   group(out, 0, "TABLE");
   group(out, 2, "LTYPE");
@@ -69,20 +80,46 @@ void dxf_tables(std::string& out) {
   group(out, 0, "ENDTAB");
   group(out, 0, "TABLE");
   group(out, 2, "LAYER");
-  group(out, 70, "1");
-  group(out, 0, "LAYER");
-  group(out, 2, "WALLS");
-  group(out, 70, "0");
-  group(out, 62, "7");
-  group(out, 6, "CONTINUOUS");
+  group(out, 70, zones ? "2" : "1");
+  dxf_layer(out, "WALLS", "7");
+  if (zones) dxf_layer(out, "FORBIDDEN", "1");
   group(out, 0, "ENDTAB");
   group(out, 0, "ENDSEC");
 }
 
+void dxf_polygon(std::string& out, const std::vector<Vec2>& corners) {
+  const auto entity = [&](const char* name) {
+    group(out, 0, name);
+    group(out, 8, "FORBIDDEN");
+  };
+  entity("POLYLINE");
+  group(out, 66, "1");
+  point(out, 10, Vec2::Zero());
+  group(out, 70, "1");
+  for (const Vec2& p : corners) {
+    entity("VERTEX");
+    point(out, 10, p);
+  }
+  entity("SEQEND");
+}
+
+/// "x y, x y, ..." with what comes between the two and between points; the first corner again at
+/// the end.
+std::string ring(const std::vector<Vec2>& corners, const char* before, const char* between,
+                 const char* after) {
+  std::string out;
+  for (std::size_t i = 0; i <= corners.size(); ++i) {
+    const Vec2& p = corners[i % corners.size()];
+    out += fmt::format("{}{}{}{}{}{}", i > 0 ? ", " : "", before, metres(p.x()), between,
+                       metres(p.y()), after);
+  }
+  return out;
+}
+
 }  // namespace
 
-std::string segments_svg(std::span<const map::Segment> segments) {
-  const auto [low, high] = box_of(segments);
+std::string segments_svg(std::span<const map::Segment> segments, const Zones& forbidden) {
+  const auto [low, high] = box_of(segments, forbidden);
   const Vec2 size = high - low + Vec2(2, 2);
   std::string out = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}cm\" height=\"{1}cm\" "
@@ -92,13 +129,20 @@ std::string segments_svg(std::span<const map::Segment> segments) {
   for (const map::Segment& s : segments)
     out += fmt::format("<line x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\"/>\n", metres(s.a.x()),
                        metres(-s.a.y()), metres(s.b.x()), metres(-s.b.y()));
-  return out + "</g>\n</svg>\n";
+  out += "</g>\n";
+  for (const std::vector<Vec2>& zone : forbidden) {
+    out += "<polygon class=\"forbidden\" fill=\"red\" fill-opacity=\"0.3\" points=\"";
+    for (const Vec2& p : zone) out += fmt::format("{},{} ", metres(p.x()), metres(-p.y()));
+    out.back() = '"';
+    out += "/>\n";
+  }
+  return out + "</svg>\n";
 }
 
-std::string segments_dxf(std::span<const map::Segment> segments) {
+std::string segments_dxf(std::span<const map::Segment> segments, const Zones& forbidden) {
   std::string out;
-  dxf_header(out, box_of(segments));
-  dxf_tables(out);
+  dxf_header(out, box_of(segments, forbidden));
+  dxf_tables(out, !forbidden.empty());
   section(out, "ENTITIES");
   for (const map::Segment& s : segments) {
     group(out, 0, "LINE");
@@ -106,12 +150,13 @@ std::string segments_dxf(std::span<const map::Segment> segments) {
     point(out, 10, s.a);
     point(out, 11, s.b);
   }
+  for (const std::vector<Vec2>& zone : forbidden) dxf_polygon(out, zone);
   group(out, 0, "ENDSEC");
   group(out, 0, "EOF");
   return out;
 }
 
-std::string segments_geojson(std::span<const map::Segment> segments) {
+std::string segments_geojson(std::span<const map::Segment> segments, const Zones& forbidden) {
   std::string out = "{\"type\": \"FeatureCollection\", \"features\": [";
   const char* comma = "\n";
   for (const map::Segment& s : segments) {
@@ -125,7 +170,36 @@ std::string segments_geojson(std::span<const map::Segment> segments) {
         std::sqrt(s.covariance(1, 1)), s.sigma_a, s.sigma_b);
     comma = ",\n";
   }
+  for (const std::vector<Vec2>& zone : forbidden) {
+    out += fmt::format(
+        "{}{{\"type\": \"Feature\", \"properties\": {{\"kind\": \"forbidden\"}}, \"geometry\": "
+        "{{\"type\": \"Polygon\", \"coordinates\": [[{}]]}}}}",
+        comma, ring(zone, "[", ", ", "]"));
+    comma = ",\n";
+  }
   return out + "\n]}\n";
+}
+
+std::string segments_wkt(std::span<const map::Segment> segments, const Zones& forbidden) {
+  std::string lines = segments_wkt(segments);
+  if (forbidden.empty()) return lines;
+  lines.pop_back();  // the line's end
+  std::string out = "GEOMETRYCOLLECTION (" + lines;
+  for (const std::vector<Vec2>& zone : forbidden)
+    out += fmt::format(", POLYGON (({}))", ring(zone, "", " ", ""));
+  return out + ")\n";
+}
+
+std::string segments_svg(std::span<const map::Segment> segments) {
+  return segments_svg(segments, {});
+}
+
+std::string segments_dxf(std::span<const map::Segment> segments) {
+  return segments_dxf(segments, {});
+}
+
+std::string segments_geojson(std::span<const map::Segment> segments) {
+  return segments_geojson(segments, {});
 }
 
 std::string segments_wkt(std::span<const map::Segment> segments) {

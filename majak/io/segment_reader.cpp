@@ -86,15 +86,23 @@ void coordinates(std::string_view text, std::size_t& at, Polyline& line) {
 Lines from_geojson(std::string_view text) {
   Lines lines;
   Polyline line(lines);
+  Lines zones;
+  Polyline zone(zones);
   constexpr std::string_view kKey = "\"coordinates\"";
+  std::size_t before = 0;
   for (std::size_t at = text.find(kKey); at != std::string_view::npos; at = text.find(kKey, at)) {
+    const std::string_view said = text.substr(before, at - before);
     at += kKey.size();
-    coordinates(text, at, line);
+    coordinates(text, at, said.find("\"forbidden\"") == std::string_view::npos ? line : zone);
+    before = at;
   }
   return lines;
 }
 
+/// Polygons beside lines are zones and not walls.
 Lines from_wkt(std::string_view text) {
+  constexpr std::string_view kZone = "POLYGON";
+  const bool has_lines = text.find("LINESTRING") != std::string_view::npos;
   Lines lines;
   Polyline line(lines);
   int depth = 0;
@@ -104,6 +112,10 @@ Lines from_wkt(std::string_view text) {
       const auto value = number(text, at);
       if (!value) break;
       line.coordinate(*value);
+      continue;
+    }
+    if (has_lines && text.substr(at, kZone.size()) == kZone) {
+      at = std::min(text.find("))", at), text.size());
       continue;
     }
     ++at;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <optional>
@@ -15,6 +16,7 @@
 #include "majak/io/site_record.hpp"
 #include "majak/io/site_tables.hpp"
 #include "majak/io/sqlite.hpp"
+#include "majak/map/edits.hpp"
 
 namespace majak::io {
 
@@ -170,6 +172,63 @@ void read_findings(const Database& db, Site& site, ContentHash& hash) {
   }
 }
 
+void read_key_links(const Database& db, Site& site, ContentHash& hash) {
+  Statement rows(db, "SELECT * FROM key_link ORDER BY id");
+  while (rows.step()) {
+    Columns c(rows, hash);
+    KeyLink& link = site.key_links.emplace_back();
+    expect_number(c.integer(), site.key_links.size() - 1);
+    link.local_map =
+        static_cast<std::size_t>(below(c.integer(), site.key_links.size(), "a local map"));
+    link.weak_step = c.flag();
+    ByteReader information(c.bytes());
+    link.match_information = information.symmetric();
+    information.expect_end();
+  }
+}
+
+/// The scan of an edit; those without one state 0.
+std::size_t scan_of(std::int64_t value, const Site& site) {
+  return static_cast<std::size_t>(
+      below(value, std::max<std::size_t>(site.scans.size(), 1), "an edit's scan"));
+}
+
+double finite(double value) {
+  if (!std::isfinite(value)) throw Error("an edit holds what is no number");
+  return value;
+}
+
+std::vector<Edit> read_edits(const Database& db, const Site& site, ContentHash& hash) {
+  std::vector<Edit> edits;
+  Statement rows(db, "SELECT * FROM edit ORDER BY id");
+  while (rows.step()) {
+    Columns c(rows, hash);
+    Edit edit;
+    edit.id = c.integer();
+    if (!edits.empty() && edit.id <= edits.back().id) throw Error("rows are missing or doubled");
+    edit.kind = static_cast<EditKind>(below(c.integer(), kEditKinds, "an edit's kind"));
+    edit.radians = finite(c.real());
+    edit.from = scan_of(c.integer(), site);
+    edit.to = scan_of(c.integer(), site);
+    edits.push_back(edit);
+  }
+  Statement point_rows(db, "SELECT * FROM edit_point ORDER BY id");
+  auto edit = edits.begin();
+  for (std::size_t number = 0; point_rows.step(); ++number) {
+    Columns c(point_rows, hash);
+    expect_number(c.integer(), number);
+    const std::int64_t id = c.integer();
+    while (edit != edits.end() && edit->id < id) ++edit;
+    if (edit == edits.end() || edit->id != id || site.scans.empty())
+      throw Error("a point's edit does not exist");
+    AnchoredPoint& point = edit->points.emplace_back();
+    point.scan = scan_of(c.integer(), site);
+    point.p_robot.x() = finite(c.real());
+    point.p_robot.y() = finite(c.real());
+  }
+  return edits;
+}
+
 void read_meta(const Database& db, Site& site, ContentHash& hash) {
   Statement row(db, "SELECT key, value FROM meta WHERE key = ?");
   const auto find = [&](const char* key) {
@@ -208,8 +267,8 @@ void check_kind(const std::filesystem::path& path) {
   }
 }
 
-void check_version(const Database& db) {
-  if (pragma(db, "PRAGMA application_id") != kSiteApplication) {
+std::int64_t check_version(const Database& db, std::int64_t application) {
+  if (pragma(db, "PRAGMA application_id") != application) {
     throw Error("an SQLite file of another program, not a majak site");
   }
   const std::int64_t version = pragma(db, "PRAGMA user_version");
@@ -219,32 +278,94 @@ void check_version(const Database& db) {
                     version, kSiteVersion));
   }
   if (version < 1) throw Error("damaged: it has no version; make it again with majak map");
+  return version;
 }
 
-}  // namespace
-
-Site read_site(const std::filesystem::path& path) {
+/// use(database, its version); errors name the file and what to do.
+template <class Use>
+void read_database(const std::filesystem::path& path, std::int64_t application,
+                   const char* what_to_do, const Use& use) {
   check_kind(path);
   std::optional<Database> db;
+  std::int64_t version = 0;
   try {
     db.emplace(Database::read_only(path.string()));
-    check_version(*db);
+    version = check_version(*db, application);
   } catch (const Error& e) {
     throw Error(fmt::format("{}: {}", path.string(), e.what()));
   }
   try {
-    Site site;
-    ContentHash hash;
-    read_scans(*db, site, hash);
-    read_constraints(*db, site, hash);
-    read_truth(*db, site, hash);
-    read_findings(*db, site, hash);
-    read_meta(*db, site, hash);
-    return site;
+    use(*db, version);
   } catch (const Error& e) {
-    throw Error(
-        fmt::format("{}: damaged ({}); make it again with majak map", path.string(), e.what()));
+    throw Error(fmt::format("{}: damaged ({}); {}", path.string(), e.what(), what_to_do));
   }
+}
+
+std::int64_t checksum_in(const Database& db) {
+  Statement row(db, "SELECT value FROM meta WHERE key = 'checksum'");
+  if (!row.step()) throw Error("checksum is missing");
+  return row.integer();
+}
+
+/// The edits beside the site file, if they are of that one.
+void read_newer_edits(const std::filesystem::path& path, std::int64_t of_site, Site& site) {
+  const std::filesystem::path beside = edits_file(path);
+  std::error_code ignored;
+  if (!std::filesystem::exists(beside, ignored)) return;
+  read_database(beside, kEditsApplication, "without it the edits are those of the last whole run",
+                [&](const Database& db, std::int64_t) {
+                  Statement row(db, "SELECT value FROM meta WHERE key = 'site'");
+                  if (!row.step()) throw Error("its site is missing");
+                  if (row.integer() != of_site) return;
+                  ContentHash hash;
+                  std::vector<Edit> edits = read_edits(db, site, hash);
+                  hash.add(std::string_view("site"));
+                  hash.add(static_cast<std::uint64_t>(of_site));
+                  if (static_cast<std::uint64_t>(checksum_in(db)) != hash.value())
+                    throw Error("its checksum does not fit");
+                  site.edits = std::move(edits);
+                });
+}
+
+constexpr const char* kMakeAgain = "make it again with majak map";
+
+}  // namespace
+
+std::filesystem::path edits_file(const std::filesystem::path& site_file) {
+  std::filesystem::path beside = site_file;
+  beside += ".edits";
+  return beside;
+}
+
+std::int64_t site_checksum(const std::filesystem::path& path) {
+  std::int64_t checksum = 0;
+  read_database(path, kSiteApplication, kMakeAgain,
+                [&](const Database& db, std::int64_t) { checksum = checksum_in(db); });
+  return checksum;
+}
+
+Site read_site_to_edit(const std::filesystem::path& path) {
+  Site site;
+  std::int64_t checksum = 0;
+  read_database(path, kSiteApplication, kMakeAgain, [&](const Database& db, std::int64_t version) {
+    ContentHash hash;
+    read_scans(db, site, hash);
+    read_constraints(db, site, hash);
+    read_truth(db, site, hash);
+    read_findings(db, site, hash);
+    if (version > 1) {
+      read_key_links(db, site, hash);
+      site.edits = read_edits(db, site, hash);
+    }
+    read_meta(db, site, hash);
+    checksum = checksum_in(db);
+  });
+  read_newer_edits(path, checksum, site);
+  return site;
+}
+
+Site read_site(const std::filesystem::path& path) {
+  return map::with_edits(read_site_to_edit(path));
 }
 
 }  // namespace majak::io

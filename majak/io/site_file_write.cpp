@@ -20,7 +20,7 @@ constexpr const char* kSchema = R"(
 PRAGMA page_size=8192;
 PRAGMA journal_mode=OFF;
 PRAGMA application_id=1835100779;
-PRAGMA user_version=1;
+PRAGMA user_version=2;
 CREATE TABLE meta(key TEXT PRIMARY KEY, value) WITHOUT ROWID;
 CREATE TABLE laser(id INTEGER PRIMARY KEY, number INT, beams INT, start_angle REAL, angle_step REAL,
   max_range REAL, robot_x REAL, robot_y REAL, robot_theta REAL);
@@ -28,6 +28,7 @@ CREATE TABLE scan(id INTEGER PRIMARY KEY, time_ns INT, x REAL, y REAL, theta REA
   is_key INT, match_score REAL, laser INT, data BLOB);
 CREATE TABLE relation(id INTEGER PRIMARY KEY, kind INT, from_scan INT, to_scan INT, enabled INT,
   x REAL, y REAL, theta REAL, score REAL, overlap REAL, chi2 REAL, information BLOB);
+CREATE TABLE key_link(id INTEGER PRIMARY KEY, local_map INT, weak_step INT, information BLOB);
 CREATE TABLE truth(id INTEGER PRIMARY KEY, time_ns INT, x REAL, y REAL, theta REAL);
 CREATE TABLE learnt(name TEXT PRIMARY KEY, value REAL, sigma REAL, used INT) WITHOUT ROWID;
 CREATE TABLE skipped(what TEXT PRIMARY KEY, count INT, first_line INT) WITHOUT ROWID;
@@ -166,6 +167,45 @@ void write_findings(const Database& db, const Site& site, ContentHash& hash) {
   }
 }
 
+void write_key_links(const Database& db, const Site& site, ContentHash& hash) {
+  Statement row(db, "INSERT INTO key_link VALUES(?,?,?,?)");
+  std::string information;
+  for (std::size_t k = 0; k < site.key_links.size(); ++k) {
+    const KeyLink& link = site.key_links[k];
+    information.clear();
+    ByteWriter(information).symmetric(link.match_information);
+    Row(row, hash)
+        .integer(std::int64_t(k))
+        .integer(std::int64_t(link.local_map))
+        .integer(link.weak_step)
+        .blob(information)
+        .done();
+  }
+}
+
+void write_edits(const Database& db, const std::vector<Edit>& edits, ContentHash& hash) {
+  Statement row(db, "INSERT INTO edit VALUES(?,?,?,?,?)");
+  for (const Edit& edit : edits)
+    Row(row, hash)
+        .integer(edit.id)
+        .integer(static_cast<int>(edit.kind))
+        .real(edit.radians)
+        .integer(std::int64_t(edit.from))
+        .integer(std::int64_t(edit.to))
+        .done();
+  Statement point_row(db, "INSERT INTO edit_point VALUES(?,?,?,?,?)");
+  std::int64_t number = 0;
+  for (const Edit& edit : edits)
+    for (const AnchoredPoint& point : edit.points)
+      Row(point_row, hash)
+          .integer(number++)
+          .integer(edit.id)
+          .integer(std::int64_t(point.scan))
+          .real(point.p_robot.x())
+          .real(point.p_robot.y())
+          .done();
+}
+
 void write_meta(const Database& db, const Site& site, ContentHash& hash) {
   Statement statement(db, "INSERT INTO meta VALUES(?,?)");
   Row row(statement, hash);
@@ -182,28 +222,58 @@ void write_meta(const Database& db, const Site& site, ContentHash& hash) {
 
 void fill(const Database& db, const Site& site) {
   db.run(kSchema);
+  db.run(kEditSchema);
   db.run("BEGIN");
   ContentHash hash;
   write_scans(db, site, hash);
   write_constraints(db, site, hash);
   write_truth(db, site, hash);
   write_findings(db, site, hash);
+  write_key_links(db, site, hash);
+  write_edits(db, site.edits, hash);
   write_meta(db, site, hash);
   db.run("COMMIT");
 }
 
-}  // namespace
-
-void write_site(const std::filesystem::path& path, const Site& site) {
+/// The database as a file: the whole of it or nothing.
+template <class Fill>
+void write_database(const std::filesystem::path& path, const Fill& fill) {
   AtomicFile file(path);  // first, so that a folder that cannot be written to is told at once
   const Database db = Database::in_memory();
   try {
-    fill(db, site);
+    fill(db);
   } catch (const Error& e) {
     throw Error(fmt::format("{}: cannot be written: {}", path.string(), e.what()));
   }
   db.serialize([&](std::string_view bytes) { file.write(bytes); });
   file.commit();
+}
+
+}  // namespace
+
+void write_site(const std::filesystem::path& path, const Site& site) {
+  if (site.edits_applied)
+    throw Error(path.string() + ": a site whose edits are applied is not to be kept");
+  write_database(path, [&](const Database& db) { fill(db, site); });
+  std::error_code ignored;  // what stays is of another site and is not believed
+  std::filesystem::remove(edits_file(path), ignored);
+}
+
+void write_edits(const std::filesystem::path& path, const Site& site) {
+  const std::int64_t of_site = site_checksum(path);
+  write_database(edits_file(path), [&](const Database& db) {
+    db.run(
+        "PRAGMA page_size=4096; PRAGMA journal_mode=OFF; PRAGMA application_id=1835100773; "
+        "PRAGMA user_version=2; CREATE TABLE meta(key TEXT PRIMARY KEY, value) WITHOUT ROWID;");
+    db.run(kEditSchema);
+    db.run("BEGIN");
+    ContentHash hash;
+    write_edits(db, site.edits, hash);
+    Statement statement(db, "INSERT INTO meta VALUES(?,?)");
+    Row(statement, hash).text("site").integer(of_site).done();
+    statement.bind_text("checksum").bind(static_cast<std::int64_t>(hash.value())).run();
+    db.run("COMMIT");
+  });
 }
 
 }  // namespace majak::io

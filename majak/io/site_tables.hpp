@@ -11,7 +11,14 @@
 namespace majak::io {
 
 inline constexpr std::int64_t kSiteApplication = 0x6d616a6b;  // "majk"
-inline constexpr std::int64_t kSiteVersion = 1;
+inline constexpr std::int64_t kSiteVersion = 2;  ///< 1 knew neither key links nor edits
+inline constexpr std::int64_t kEditsApplication = 0x6d616a65;  // "maje"
+
+/// Of the edits, in the site file and in the file of newer edits beside it.
+inline constexpr const char* kEditSchema = R"(
+CREATE TABLE edit(id INTEGER PRIMARY KEY, kind INT, radians REAL, from_scan INT, to_scan INT);
+CREATE TABLE edit_point(id INTEGER PRIMARY KEY, edit INT, scan INT, x REAL, y REAL);
+)";
 
 struct NamedLearnt {
   const char* name;

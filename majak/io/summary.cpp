@@ -5,6 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "majak/map/edits.hpp"
+
 namespace majak::io {
 
 namespace {
@@ -110,6 +112,18 @@ Json slips_json(const std::vector<motion::SlipEvent>& slips) {
   return {{"count", slips.size()}, {"biggest", list}};
 }
 
+Json edits_json(const Site& site) {
+  Json list = Json::array();
+  for (const Edit& edit : site.edits) {
+    Json json = {{"id", edit.id}, {"kind", name_of(edit.kind)}};
+    if (edit.kind == EditKind::turn) json["radians"] = edit.radians;
+    if (edit.kind == EditKind::closure_off) json["from"] = edit.from, json["to"] = edit.to;
+    for (const Vec2& p : map::points_in_map(site, edit)) json["points"].push_back({p.x(), p.y()});
+    list.push_back(json);
+  }
+  return list;
+}
+
 Json named_json(const std::vector<NamedFigure>& figures) {
   Json object = Json::object();
   for (const auto& [name, value] : figures) object[name] = value;
@@ -174,6 +188,7 @@ std::string summary_json(const Site& site, const map::OccupancyGrid& grid,
   summary["odometry"] = odometry_json(site);
   summary["slips"] = slips_json(slips);
   summary["skipped"] = skipped_json(site.report);
+  summary["edits"] = edits_json(site);
   if (!extras.empty()) summary["evaluation"] = named_json(extras);
   if (!timing.empty()) summary["timing"] = named_json(timing);
   // Names from a log may be in any encoding; a wrong byte becomes a replacement character.

@@ -212,7 +212,7 @@ Told look_at(const DoorSpan& door, const Scan& scan, const Pose2& T_map_laser,
   const double aside = cross(along, origin - door.a);
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     const auto range = static_cast<double>(scan.ranges[i]);
-    if (!std::isfinite(range)) continue;
+    if (!std::isfinite(range) || range < 0) continue;
     const double angle = T_map_laser.theta + scan.angle(i);
     const Vec2 beam(std::cos(angle), std::sin(angle));
     const double slope = cross(along, beam);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "majak/core/option_range.hpp"
+#include "majak/map/edits.hpp"
 #include "majak/map/occupancy_grid.hpp"
 #include "majak/map/scan_choice.hpp"
 #include "majak/map/scan_window.hpp"
@@ -73,6 +74,7 @@ OccupancyGrid build_occupancy_grid(const Site& site, const OccupancyGridOptions&
     for (std::size_t i = 0; i < count; ++i) add(windows[i], grid, steps);
   }
   grid.scans_drawn_ = chosen.size();
+  draw_edits(grid, site);
   return grid;
 }
 

@@ -28,11 +28,12 @@ class ForwardBeams {
     const Pose2 T_map_laser = posed.estimate.T_map_robot * scan.T_robot_laser;
     for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
       double range = static_cast<double>(scan.ranges[i]);
-      const bool stopped = range <= options_.max_range;
+      const bool stopped = range > 0 && range <= options_.max_range;
+      if (range < 0) range = -range;  // erased()
       if (!stopped)
-        range = std::min(options_.max_range, range == static_cast<double>(kNoReturn)
-                                                 ? options_.no_return_range
-                                                 : options_.max_range);
+        range =
+            std::min(options_.max_range,
+                     range == static_cast<double>(kNoReturn) ? options_.no_return_range : range);
       if (!(range > 0) || std::isnan(scan.ranges[i])) continue;
       const double angle = T_map_laser.theta + scan.angle(i);
       const Vec2 direction(std::cos(angle), std::sin(angle));

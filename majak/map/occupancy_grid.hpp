@@ -71,6 +71,9 @@ class OccupancyGrid {
   /// |log_odds| < 32.
   void set_log_odds(int ix, int iy, float log_odds);
 
+  /// As if no beam had told of it.
+  void forget(int ix, int iy) { tiles_(ix, iy) = kUnknown; }
+
   /// Stored values of the row of cells (x0 ... x0 + width - 1, iy), for walks over whole pictures.
   void copy_row(int x0, int iy, int width, std::int16_t* out) const {
     tiles_.copy_row(x0, iy, width, out);
@@ -99,7 +102,8 @@ class OccupancyGrid {
 
 /// Draws the scans of a site from their final poses. In one scan a cell changes once, and a beam
 /// that ends in it wins over beams that cross it. Beams of unknown range, scans that are lost and
-/// poses that are not finite draw nothing. The result does not depend on the number of threads.
+/// poses that are not finite draw nothing; what people drew is there (map/edits). The result does
+/// not depend on the number of threads.
 /// Throws Error when an option is out of its range.
 OccupancyGrid build_occupancy_grid(const Site& site, const OccupancyGridOptions& options = {},
                                    Threads threads = {});

@@ -6,6 +6,7 @@
 
 #include "majak/core/error.hpp"
 #include "majak/map/drawable.hpp"
+#include "majak/map/edits.hpp"
 
 namespace majak::map {
 namespace {
@@ -38,6 +39,13 @@ Site selected(const Site& site, const ScanSelection& selection) {
     constraint.from = number[constraint.from], constraint.to = number[constraint.to];
     if (constraint.from != kDropped && constraint.to != kDropped)
       part.constraints.push_back(constraint);
+  }
+  part.edits_applied = site.edits_applied;
+  for (const Edit& edit : site.edits) {
+    if (edit.kind == EditKind::closure_off) continue;  // its scans have other numbers now
+    part.edits.push_back(edit);
+    if (!edit.points.empty())
+      part.edits.back().points = anchored(part, edit.kind, points_in_map(site, edit)).points;
   }
   const Time begin = part.scans.front().scan.time, end = part.scans.back().scan.time;
   for (const Truth& truth : site.truth)

@@ -120,7 +120,8 @@ class ScanWindow {
     ends_.clear();
     for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
       double range = static_cast<double>(scan.ranges[i]);
-      const bool hit = range <= options.max_range;
+      const bool hit = range > 0 && range <= options.max_range;
+      if (range < 0) range = -range;  // erased()
       if (range == kNoReturn) {
         range = no_return;
       } else if (range > options.max_range) {

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "majak/core/option_range.hpp"
+#include "majak/map/edits.hpp"
 #include "majak/map/scan_choice.hpp"
 
 namespace majak::map {
@@ -301,9 +302,15 @@ SegmentMap build_segments(const Site& site, const SegmentMapOptions& options,
     const SegmentSteps steps = map.add(posed.scan, posed.estimate.T_map_robot);
     if (log) log->push_back(steps);
   });
-  if (options.refinement.enabled && known.empty())
-    return SegmentMap(options, refined(site, map.walls(), options));
-  return map;
+  std::vector<Segment> walls = drawn_walls(site, static_cast<std::size_t>(options.min_scans));
+  if (!options.refinement.enabled || !known.empty()) {
+    if (walls.empty()) return map;
+    walls.insert(walls.begin(), map.segments().begin(), map.segments().end());
+    return SegmentMap(options, walls);
+  }
+  const std::vector<Segment> seen = refined(site, map.walls(), options);
+  walls.insert(walls.begin(), seen.begin(), seen.end());
+  return SegmentMap(options, walls);
 }
 
 }  // namespace majak::map

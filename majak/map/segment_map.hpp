@@ -140,8 +140,9 @@ Segment fused(const Segment& a, const Segment& b);
 
 /// The map of a site's scans at their final poses, in log order. Lost scans and poses that are not
 /// finite are left out. Its walls are then refined (map/segment_refinement), unless the options say
-/// no or something was `known` beforehand (map frame), which no return need bear out. `log`: gets a
-/// row for each scan taken. Throws Error when an option is out of its range.
+/// no or something was `known` beforehand (map frame), which no return need bear out. Walls drawn
+/// by hand (map/edits) come last, as they are. `log`: gets a row for each scan taken. Throws Error
+/// when an option is out of its range.
 SegmentMap build_segments(const Site& site, const SegmentMapOptions& options = {},
                           std::vector<SegmentSteps>* log = nullptr,
                           const std::vector<Segment>& known = {});

@@ -59,7 +59,7 @@ class Extraction {
     for (std::size_t k = 0; k < n; ++k) {
       const std::size_t i = scan.angle_step > 0 ? k : n - 1 - k;
       const double range = scan.ranges[i], angle = scan.angle(i);
-      if (std::isnan(range)) continue;
+      if (std::isnan(range) || range < 0) continue;
       if (!std::isfinite(range) || range <= 0 || range > o_.max_range) {
         broken = true;
         continue;

@@ -4,7 +4,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "majak/map/edits.hpp"
 #include "majak/match/scan_points.hpp"
 
 namespace majak::match {
@@ -20,6 +22,18 @@ bool borders_on_free(const map::KnownMap& map, int ix, int iy) {
   return false;
 }
 
+constexpr double kSpacing = 0.05;  // m, of the surfels of a segment
+
+void add_to(map::SurfelMap& surfels, const map::Segment& s) {
+  const Vec2 n = s.normal();
+  const int pieces = std::max(1, static_cast<int>(std::lround(s.length() / kSpacing)));
+  for (int i = 0; i < pieces; ++i) {
+    const Vec2 p = s.a + (s.b - s.a) * (i + 0.5) / pieces;
+    surfels.add(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(n.x()),
+                static_cast<float>(n.y()));
+  }
+}
+
 }  // namespace
 
 map::SurfelMap surfaces(const Site& site) {
@@ -31,23 +45,19 @@ map::SurfelMap surfaces(const Site& site) {
     if ((keys && !posed.key) || posed.estimate.health == Health::lost) continue;
     add_to(surfels, scan_points(posed.scan, {}, true, directions), posed.estimate.T_map_robot);
   }
+  for (map::Segment wall : map::drawn_walls(site, 1)) {
+    add_to(surfels, wall);
+    std::swap(wall.a, wall.b);  // who drew it did not say which side is seen
+    add_to(surfels, wall);
+  }
   return surfels;
 }
 
 map::SurfelMap surfaces(std::span<const map::Segment> segments) {
-  constexpr double kSpacing = 0.05;  // m
   map::SurfelMapOptions options;
   options.merge_radius = 0.4 * kSpacing;
   map::SurfelMap surfels(options);
-  for (const map::Segment& s : segments) {
-    const Vec2 n = s.normal();
-    const int pieces = std::max(1, static_cast<int>(std::lround(s.length() / kSpacing)));
-    for (int i = 0; i < pieces; ++i) {
-      const Vec2 p = s.a + (s.b - s.a) * (i + 0.5) / pieces;
-      surfels.add(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(n.x()),
-                  static_cast<float>(n.y()));
-    }
-  }
+  for (const map::Segment& s : segments) add_to(surfels, s);
   return surfels;
 }
 

@@ -17,6 +17,125 @@ constexpr double kContradicted =
     50;  // chi2 of a closure at the final poses: the rest of the map speaks against it
 constexpr double kClosureWeight = 0.1;  // beside pairs of single scans: submaps bend a little
 
+// Every scan, key or not, against the map that all key scans make together.
+class Placing {
+ public:
+  Placing(Site& site, const KeyScans& keys, const std::vector<Mat3>& covariances,
+          const GraphSlamOptions& options)
+      : site_(site),
+        keys_(keys),
+        covariances_(covariances),
+        options_(options),
+        align_(options.chain.front_end.align),
+        map_(map_options(options)) {
+    align_.gate = 0.15;
+    align_.final_gate = 0.08;
+    align_.tolerance = 1e-3;
+    for (const KeyScan& key : keys) match::add_to(map_, key.points, key.T_map_robot);
+    std::size_t passed = 0;
+    for (const PosedScan& posed : site.scans) {
+      passed += posed.key;
+      key_of_.push_back(passed - (passed > 0));
+    }
+  }
+
+  void place_all(Threads threads) const {
+    constexpr std::size_t kChunk = 64;
+    const std::size_t scans = site_.scans.size();
+    parallel_for(threads, (scans + kChunk - 1) / kChunk, [&](std::size_t chunk) {
+      match::BeamDirections directions;
+      const std::size_t end = std::min(scans, (chunk + 1) * kChunk);
+      for (std::size_t i = chunk * kChunk; i < end; ++i) place(i, directions);
+    });
+  }
+
+ private:
+  static map::SurfelMapOptions map_options(const GraphSlamOptions& options) {
+    map::SurfelMapOptions o = options.chain.front_end.map;
+    o.max_count = 1000;
+    return o;
+  }
+
+  void place(std::size_t scan, match::BeamDirections& directions) const {
+    PosedScan& posed = site_.scans[scan];
+    const Hung hung = hang(site_.scans, keys_, key_of_[scan], scan);
+    const KeyScan& nearer = keys_[hung.key];
+    match::PosePrior prior;
+    prior.T_map_robot = hung.T_map_robot;
+    prior.information.diagonal() << 2500, 2500, 10000;
+    const auto points =
+        match::scan_points(posed.scan, options_.chain.front_end.points, false, directions);
+    const match::Match match = match::align(points, map_, prior, align_);
+    Estimate& estimate = posed.estimate;
+    estimate.T_map_robot = match.T_map_robot;
+    estimate.covariance = scan_covariance(covariances_[hung.key], match,
+                                          unseen_motion(site_.scans[nearer.scan], posed));
+    posed.match_score = static_cast<float>(match.score);
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+    axes.computeDirect(match.information.topLeftCorner<2, 2>());
+    if (match.score < kLostScore) {
+      estimate.health = Health::lost;
+    } else if (axes.eigenvalues()(0) < prior.information(0, 0)) {
+      estimate.health = Health::degraded;
+      estimate.weak_direction = axes.eigenvectors().col(0);
+    }
+  }
+
+  Site& site_;
+  const KeyScans& keys_;
+  const std::vector<Mat3>& covariances_;
+  const GraphSlamOptions& options_;
+  match::AlignOptions align_;
+  map::SurfelMap map_;
+  std::vector<std::size_t> key_of_;  // of each scan: the key scan before it
+};
+
+double chi2_of(const KeyScans& keys, std::size_t from, std::size_t to, const Pose2& T_from_to,
+               const Mat3& information) {
+  const Vec3 e = between(T_from_to, between(keys[from].T_map_robot, keys[to].T_map_robot)).vector();
+  return e.dot(information * e);
+}
+
+Constraint constraint_of(const KeyScans& keys, const graph::Edge& edge, ConstraintKind kind) {
+  const auto from = static_cast<std::size_t>(edge.from), to = static_cast<std::size_t>(edge.to);
+  Constraint c;
+  c.kind = kind;
+  c.from = keys[from].scan, c.to = keys[to].scan;
+  c.T_from_to = edge.T_from_to;
+  c.information = edge.information;
+  c.chi2 = chi2_of(keys, from, to, edge.T_from_to, edge.information);
+  return c;
+}
+
+Constraint constraint_of(const KeyScans& keys, const Closure& closure) {
+  Constraint c;
+  c.kind = ConstraintKind::closure;
+  c.from = keys[closure.from_key].scan, c.to = keys[closure.to_key].scan;
+  c.T_from_to = closure.T_from_to;
+  c.information = closure.information;
+  c.score = closure.agreement;
+  c.overlap = closure.overlap;
+  c.chi2 = chi2_of(keys, closure.from_key, closure.to_key, closure.T_from_to, closure.information);
+  c.enabled = !closure.off && c.chi2 < kContradicted;
+  return c;
+}
+
+void record(Site& site, const KeyScans& keys, const JointRefinement& refined,
+            const LoopCloser& loops) {
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    site.key_links.push_back({keys[k].local_map, keys[k].weak_step, keys[k].match_information});
+    if (k > 0)
+      site.constraints.push_back(
+          constraint_of(keys, motion_edge(keys, k), ConstraintKind::odometry));
+    for (const graph::Edge& edge : match_edges(keys, k))
+      site.constraints.push_back(constraint_of(keys, edge, ConstraintKind::match));
+  }
+  for (const graph::Edge& edge : refined.pairs)
+    site.constraints.push_back(constraint_of(keys, edge, ConstraintKind::match));
+  for (const Closure& closure : loops.closures())
+    site.constraints.push_back(constraint_of(keys, closure));
+}
+
 }  // namespace
 
 GraphSlam::GraphSlam(const GraphSlamOptions& options, Threads threads)
@@ -42,15 +161,8 @@ Mapping GraphSlam::finish() {
   KeyScans& keys = chain_.keys();
   require_keys(keys);
   if (options_.close_loops) loop_closer_.update(keys, true);
-  refined_ =
-      refine_jointly(keys, revisits(keys, loop_closer_, options_.revisits),
-                     loop_closer_.closure_edges(kClosureWeight), options_.refinement, threads_);
-  const std::vector<PosedScan>& scans = chain_.site().scans;
-  std::vector<UnseenMotion> unseen(keys.size());
-  for (std::size_t k = 1; k < keys.size(); ++k)
-    unseen[k] = unseen_motion(scans[keys[k - 1].scan], scans[keys[k].scan]);
-  place_scans(key_covariances(keys, refined_, unseen));
-  record_constraints();
+  chain_.mend_odometry();
+  finish_site(chain_.site(), keys, loop_closer_, options_, threads_);
   Mapping mapping;
   mapping.posterior = true;
   for (const KeyScan& key : keys) mapping.belief_bytes += bytes(key);
@@ -58,90 +170,17 @@ Mapping GraphSlam::finish() {
   return mapping;
 }
 
-// Every scan, key or not, against the map that all key scans make together.
-void GraphSlam::place_scans(const std::vector<Mat3>& covariances) {
-  const std::size_t scans = chain_.site().scans.size();
-  map::SurfelMapOptions map_options = options_.chain.front_end.map;
-  map_options.max_count = 1000;
-  map::SurfelMap map(map_options);
-  for (const KeyScan& key : chain_.keys()) match::add_to(map, key.points, key.T_map_robot);
-
-  match::AlignOptions align = options_.chain.front_end.align;
-  align.gate = 0.15;
-  align.final_gate = 0.08;
-  align.tolerance = 1e-3;
-  constexpr std::size_t kChunk = 64;
-  parallel_for(threads_, (scans + kChunk - 1) / kChunk, [&](std::size_t chunk) {
-    match::BeamDirections directions;
-    const std::size_t end = std::min(scans, (chunk + 1) * kChunk);
-    for (std::size_t i = chunk * kChunk; i < end; ++i)
-      place_scan(i, covariances, map, align, directions);
-  });
-}
-
-void GraphSlam::place_scan(std::size_t scan, const std::vector<Mat3>& covariances,
-                           const map::SurfelMap& map, const match::AlignOptions& align,
-                           match::BeamDirections& directions) {
-  PosedScan& posed = chain_.site().scans[scan];
-  const ScanChain::Hung hung = chain_.hang(scan);
-  const KeyScan& nearer = chain_.keys()[hung.key];
-  match::PosePrior prior;
-  prior.T_map_robot = hung.T_map_robot;
-  prior.information.diagonal() << 2500, 2500, 10000;
-  const auto points =
-      match::scan_points(posed.scan, options_.chain.front_end.points, false, directions);
-  const match::Match match = match::align(points, map, prior, align);
-  Estimate& estimate = posed.estimate;
-  estimate.T_map_robot = match.T_map_robot;
-  estimate.covariance = scan_covariance(covariances[hung.key], match,
-                                        unseen_motion(chain_.site().scans[nearer.scan], posed));
-  posed.match_score = static_cast<float>(match.score);
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
-  axes.computeDirect(match.information.topLeftCorner<2, 2>());
-  if (match.score < kLostScore) {
-    estimate.health = Health::lost;
-  } else if (axes.eigenvalues()(0) < prior.information(0, 0)) {
-    estimate.health = Health::degraded;
-    estimate.weak_direction = axes.eigenvectors().col(0);
-  }
-}
-
-void GraphSlam::record_constraints() {
-  const KeyScans& keys = chain_.keys();
-  std::vector<Constraint>& constraints = chain_.site().constraints;
-  const auto chi2_of = [&](std::size_t from, std::size_t to, const Pose2& T_from_to,
-                           const Mat3& information) {
-    const Vec3 e =
-        between(T_from_to, between(keys[from].T_map_robot, keys[to].T_map_robot)).vector();
-    return e.dot(information * e);
-  };
-  const auto add = [&](const graph::Edge& edge, ConstraintKind kind) {
-    Constraint c;
-    c.kind = kind;
-    const auto from = static_cast<std::size_t>(edge.from), to = static_cast<std::size_t>(edge.to);
-    c.from = keys[from].scan, c.to = keys[to].scan;
-    c.T_from_to = edge.T_from_to;
-    c.information = edge.information;
-    c.chi2 = chi2_of(from, to, edge.T_from_to, edge.information);
-    constraints.push_back(c);
-  };
-  for (std::size_t k = 0; k < keys.size(); ++k) {
-    if (k > 0) add(motion_edge(keys, k), ConstraintKind::odometry);
-    for (const graph::Edge& edge : match_edges(keys, k)) add(edge, ConstraintKind::match);
-  }
-  for (const graph::Edge& edge : refined_.pairs) add(edge, ConstraintKind::match);
-  for (const Closure& closure : loop_closer_.closures()) {
-    Constraint c;
-    c.kind = ConstraintKind::closure;
-    c.from = keys[closure.from_key].scan, c.to = keys[closure.to_key].scan;
-    c.T_from_to = closure.T_from_to;
-    c.information = closure.information;
-    c.score = closure.agreement;
-    c.overlap = closure.overlap;
-    c.chi2 = chi2_of(closure.from_key, closure.to_key, closure.T_from_to, closure.information);
-    c.enabled = !closure.off && c.chi2 < kContradicted;
-    constraints.push_back(c);
-  }
+void finish_site(Site& site, KeyScans& keys, const LoopCloser& loops,
+                 const GraphSlamOptions& options, Threads threads) {
+  const JointRefinement refined =
+      refine_jointly(keys, revisits(keys, loops, options.revisits),
+                     loops.closure_edges(kClosureWeight), options.refinement, threads);
+  std::vector<UnseenMotion> unseen(keys.size());
+  for (std::size_t k = 1; k < keys.size(); ++k)
+    unseen[k] = unseen_motion(site.scans[keys[k - 1].scan], site.scans[keys[k].scan]);
+  const std::vector<Mat3> covariances = key_covariances(keys, refined, unseen);
+  Placing(site, keys, covariances, options).place_all(threads);
+  record(site, keys, refined, loops);
 }
 
 void describe(OptionFields& f, GraphSlamOptions& o) {

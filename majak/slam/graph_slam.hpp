@@ -47,16 +47,17 @@ class GraphSlam {
 
  private:
   std::optional<Estimate> take_scans();
-  void place_scans(const std::vector<Mat3>& covariances);
-  void place_scan(std::size_t scan, const std::vector<Mat3>& covariances, const map::SurfelMap& map,
-                  const match::AlignOptions& align, match::BeamDirections& directions);
-  void record_constraints();
 
   GraphSlamOptions options_;
   Threads threads_;
   ScanChain chain_;
   LoopCloser loop_closer_;
-  JointRefinement refined_;
 };
+
+/// The second half of that: key scans that loop closing has placed are refined jointly, every scan
+/// gets its pose and covariance, and what speaks for them is recorded. `site`: scans as the front
+/// end left them, with their odometry.
+void finish_site(Site& site, KeyScans& keys, const LoopCloser& loops,
+                 const GraphSlamOptions& options, Threads threads);
 
 }  // namespace majak::slam

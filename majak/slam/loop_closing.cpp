@@ -116,35 +116,54 @@ std::size_t LoopCloser::submap_of(std::size_t key) const {
 }
 
 void LoopCloser::update(KeyScans& keys, bool last_call) {
-  // A submap is complete when the key scans of its margin are there.
   const std::size_t margin = last_call ? 0 : static_cast<std::size_t>(options_.submap_margin);
-  while (anchor_key(anchors_.size()) + static_cast<std::size_t>(options_.submap_keys) / 2 +
-             margin <=
-         keys.size()) {
-    const std::size_t index = anchors_.size(), key = anchor_key(index);
-    if (index == 0) {
-      anchors_.push_back(keys[key].T_map_robot);
-      ways_.add_place(0);
-    } else {
-      const std::size_t before = anchor_key(index - 1);
-      const Pose2 step = between(keys[before].T_front_robot, keys[key].T_front_robot);
-      double way = 0;
-      for (std::size_t k = before + 1; k <= key; ++k) {
-        const Pose2 d = between(keys[k - 1].T_front_robot, keys[k].T_front_robot);
-        way += std::hypot(d.x, d.y) + 0.2 * std::abs(d.theta) +
-               (keys[k].weak_step ? options_.weak_step : 0);
-      }
-      anchors_.push_back(anchors_.back() * step);
-      ways_.add_place(way);
-      graph_.edges.push_back({static_cast<int>(index) - 1, static_cast<int>(index), step,
-                              chain_information(keys, before, key), false});
-    }
-    graph_.poses.push_back(anchors_.back());
-    look(keys, index);
-  }
+  while (next_is_complete(keys, margin)) look(keys, add_submap(keys));
   if (!last_call) return;
   settle();
   place(keys);
+}
+
+void LoopCloser::replay(KeyScans& keys, const std::vector<Closure>& known) {
+  auto next = known.begin();
+  while (next_is_complete(keys, 0)) {
+    const std::size_t query = add_submap(keys);
+    bool moves = false;
+    for (; next != known.end() && next->to_key <= anchor_key(query); ++next)
+      moves |= accept(keys, *next, query);
+    if (moves) settle();
+  }
+  settle();
+  place(keys);
+}
+
+// A submap is complete when the key scans of its margin are there.
+bool LoopCloser::next_is_complete(const KeyScans& keys, std::size_t margin) const {
+  return anchor_key(anchors_.size()) + static_cast<std::size_t>(options_.submap_keys) / 2 +
+             margin <=
+         keys.size();
+}
+
+std::size_t LoopCloser::add_submap(const KeyScans& keys) {
+  const std::size_t index = anchors_.size(), key = anchor_key(index);
+  if (index == 0) {
+    anchors_.push_back(keys[key].T_map_robot);
+    ways_.add_place(0);
+  } else {
+    const std::size_t before = anchor_key(index - 1);
+    const Pose2 step = between(keys[before].T_front_robot, keys[key].T_front_robot);
+    double way = 0;
+    for (std::size_t k = before + 1; k <= key; ++k) {
+      const Pose2 d = between(keys[k - 1].T_front_robot, keys[k].T_front_robot);
+      way += std::hypot(d.x, d.y) + 0.2 * std::abs(d.theta) +
+             (keys[k].weak_step ? options_.weak_step : 0);
+    }
+    anchors_.push_back(anchors_.back() * step);
+    ways_.add_place(way);
+    graph_.edges.push_back({static_cast<int>(index) - 1, static_cast<int>(index), step,
+                            chain_information(keys, before, key), false});
+  }
+  graph_.poses.push_back(anchors_.back());
+  return index;
 }
 
 std::vector<std::size_t> LoopCloser::candidates(std::size_t query,
@@ -195,19 +214,24 @@ void LoopCloser::look(const KeyScans& keys, std::size_t query) {
       pending_.push_back(closure);
       continue;
     }
-    closure.off = switched_off(keys[closure.from_key].scan, keys[closure.to_key].scan);
-    accepted_.push_back(closure);
-    if (closure.off) continue;
-    const auto n = static_cast<std::size_t>(options_.submap_keys);
-    graph_.edges.push_back({static_cast<int>(closure.from_key / n),
-                            static_cast<int>(closure.to_key / n), closure.T_from_to,
-                            closure.information, true});
-    ways_.add_short_cut(closure.from_key / n, closure.to_key / n, kShortCut);
-    last_closure_ = ways_.driven(query);
-    waiting_ = true;
-    moves = moves || strain(closure) > kStrain;
+    moves |= accept(keys, closure, query);
   }
   if (moves) settle();
+}
+
+// Into the graph, unless it is switched off; true: it tells so much that this cannot wait.
+bool LoopCloser::accept(const KeyScans& keys, Closure closure, std::size_t query) {
+  closure.off = switched_off(keys[closure.from_key].scan, keys[closure.to_key].scan);
+  accepted_.push_back(closure);
+  if (closure.off) return false;
+  const auto n = static_cast<std::size_t>(options_.submap_keys);
+  graph_.edges.push_back({static_cast<int>(closure.from_key / n),
+                          static_cast<int>(closure.to_key / n), closure.T_from_to,
+                          closure.information, true});
+  ways_.add_short_cut(closure.from_key / n, closure.to_key / n, kShortCut);
+  last_closure_ = ways_.driven(query);
+  waiting_ = true;
+  return strain(closure) > kStrain;
 }
 
 // chi2 with 3 degrees of freedom of a closure at the anchors' present poses.

@@ -76,6 +76,10 @@ class LoopCloser {
   /// keys[..].T_map_robot optimal under what was accepted.
   void update(KeyScans& keys, bool last_call);
 
+  /// Instead of that: all key scans are there, and what was recognised is known, in the order in
+  /// which it was. Leaves the poses that update() left then.
+  void replay(KeyScans& keys, const std::vector<Closure>& known);
+
   const std::vector<Closure>& closures() const { return accepted_; }
   /// Those that are not switched off, as edges between key scans, to be doubted; `weight` times
   /// their information.
@@ -86,7 +90,10 @@ class LoopCloser {
   std::size_t submap_of(std::size_t key) const;
 
  private:
+  bool next_is_complete(const KeyScans& keys, std::size_t margin) const;
+  std::size_t add_submap(const KeyScans& keys);
   void look(const KeyScans& keys, std::size_t query);
+  bool accept(const KeyScans& keys, Closure closure, std::size_t query);
   std::vector<std::size_t> candidates(std::size_t query, const std::vector<double>& ways) const;
   bool try_close(const KeyScans& keys, std::size_t query, std::size_t target, double way,
                  bool search, Closure& closure);

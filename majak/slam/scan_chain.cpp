@@ -84,16 +84,20 @@ const Estimate& ScanChain::settle() {
   return posed.estimate;
 }
 
-ScanChain::Hung ScanChain::hang(std::size_t scan) const {
+Hung hang(const std::vector<PosedScan>& scans, const KeyScans& keys, std::size_t k,
+          std::size_t scan) {
   const auto seen_from = [&](const KeyScan& key) {
-    return key.T_map_robot * between(key.T_front_robot, site_.scans[scan].T_map_robot_front_end);
+    return key.T_map_robot * between(key.T_front_robot, scans[scan].T_map_robot_front_end);
   };
-  const std::size_t k = key_of_[scan];
-  const Pose2 T = seen_from(keys_[k]);
-  if (k + 1 >= keys_.size() || keys_[k + 1].weak_step || scan < keys_[k].scan) return {T, k};
-  const double passed = static_cast<double>(scan - keys_[k].scan) /
-                        static_cast<double>(keys_[k + 1].scan - keys_[k].scan);
-  return {interpolate(T, seen_from(keys_[k + 1]), passed), k + (passed > 0.5 ? 1 : 0)};
+  const Pose2 T = seen_from(keys[k]);
+  if (k + 1 >= keys.size() || keys[k + 1].weak_step || scan < keys[k].scan) return {T, k};
+  const double passed = static_cast<double>(scan - keys[k].scan) /
+                        static_cast<double>(keys[k + 1].scan - keys[k].scan);
+  return {interpolate(T, seen_from(keys[k + 1]), passed), k + (passed > 0.5 ? 1 : 0)};
+}
+
+Hung ScanChain::hang(std::size_t scan) const {
+  return slam::hang(site_.scans, keys_, key_of_[scan], scan);
 }
 
 void ScanChain::hang_all(Threads threads) {
@@ -111,11 +115,15 @@ void ScanChain::hang_all(Threads threads) {
   });
 }
 
+void ScanChain::mend_odometry() {
+  if (!options_.use_odometry) return;
+  for (std::size_t i = 0; i < site_.scans.size(); ++i)
+    site_.scans[i].T_odom_robot = odometry_.pose(i);
+}
+
 Site ScanChain::finish() {
   require_keys(keys_);
-  if (options_.use_odometry)  // now that its lag and direction are known
-    for (std::size_t i = 0; i < site_.scans.size(); ++i)
-      site_.scans[i].T_odom_robot = odometry_.pose(i);
+  mend_odometry();
   site_.odometry = odometry_.findings();
   OdometryFindings& found = site_.odometry;  // the model knows the place against the nominal one
   const Pose2 T_robot_laser =

@@ -34,6 +34,15 @@ struct ScanChainOptions {
 
 void describe(OptionFields& fields, ScanChainOptions& options);
 
+/// Where a scan is by its key scans' present poses: the front end's ways from the one before
+/// (`key`) and to the next disagree by what these have been moved, and the scans between share it.
+struct Hung {
+  Pose2 T_map_robot;
+  std::size_t key = 0;  ///< the nearer of the two
+};
+Hung hang(const std::vector<PosedScan>& scans, const KeyScans& keys, std::size_t key,
+          std::size_t scan);
+
 class ScanChain {
  public:
   explicit ScanChain(const ScanChainOptions& options);
@@ -60,16 +69,14 @@ class ScanChain {
   /// All scans so far, and what else goes into the result.
   Site& site() { return site_; }
 
-  /// Where a scan is by its key scans' present poses: the front end's ways from the one before and
-  /// to the next disagree by what these have been moved, and the scans between share it.
-  struct Hung {
-    Pose2 T_map_robot;
-    std::size_t key = 0;  ///< the nearer of the two
-  };
+  /// Where a scan is by its key scans' present poses.
   Hung hang(std::size_t scan) const;
   /// That for all scans, and how well each fits the map that the key scans make together.
   void hang_all(Threads threads);
 
+  /// The scans' odometry as it reads now that its lag and direction are known; finish() does it
+  /// too.
+  void mend_odometry();
   /// What was learnt of the odometry is added; the chain is empty then. Throws Error when there was
   /// no scan to work with.
   Site finish();

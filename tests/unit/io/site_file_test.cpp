@@ -4,7 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -69,6 +72,20 @@ Site rich_site() {
     c.chi2 = random.uniform(0, 20);
     c.enabled = i % 5 != 0;
     site.constraints.push_back(c);
+  }
+  for (const PosedScan& p : site.scans)
+    if (p.key)
+      site.key_links.push_back(
+          {site.key_links.size() / 2, p.scan.laser == 0, Vec3(4, 5, 6).asDiagonal()});
+  for (int kind = 0; kind < kEditKinds; ++kind) {
+    Edit edit;
+    edit.id = 3 * kind + 2;
+    edit.kind = static_cast<EditKind>(kind);
+    if (edit.kind == EditKind::turn) edit.radians = 0.3;
+    if (edit.kind == EditKind::closure_off) edit.from = 4, edit.to = 39;
+    for (int i = 0; kind < 4 && i < 3 + kind; ++i)
+      edit.points.push_back({random.below(40), {random.normal(), random.normal()}});
+    site.edits.push_back(edit);
   }
   for (int i = 0; i < 7; ++i) site.truth.push_back({i * kSecond, pose()});
   site.odometry.lag_s = {0.1, 0.01, true};
@@ -135,6 +152,13 @@ void expect_equal(const Site& a, const Site& b) {
   ASSERT_EQ(a.constraints.size(), b.constraints.size());
   for (std::size_t i = 0; i < a.constraints.size(); ++i)
     expect_equal(a.constraints[i], b.constraints[i]);
+  ASSERT_EQ(a.key_links.size(), b.key_links.size());
+  for (std::size_t k = 0; k < a.key_links.size(); ++k) {
+    EXPECT_EQ(a.key_links[k].local_map, b.key_links[k].local_map);
+    EXPECT_EQ(a.key_links[k].weak_step, b.key_links[k].weak_step);
+    EXPECT_EQ(a.key_links[k].match_information, b.key_links[k].match_information);
+  }
+  EXPECT_EQ(a.edits, b.edits);
   ASSERT_EQ(a.truth.size(), b.truth.size());
   for (std::size_t i = 0; i < a.truth.size(); ++i) {
     EXPECT_EQ(a.truth[i].time, b.truth[i].time);
@@ -170,7 +194,7 @@ class SiteFile : public testing::Test {
   }
   std::string error() const {
     try {
-      read_site(path_);
+      read_site_to_edit(path_);
     } catch (const Error& e) {
       EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos);
       return e.what();
@@ -195,12 +219,12 @@ class SiteFile : public testing::Test {
 TEST_F(SiteFile, ReadsBackAllThatWasWritten) {
   const Site site = rich_site();
   write_site(path_, site);
-  expect_equal(read_site(path_), site);
+  expect_equal(read_site_to_edit(path_), site);
 }
 
 TEST_F(SiteFile, HoldsAnEmptySite) {
   write_site(path_, {});
-  expect_equal(read_site(path_), {});
+  expect_equal(read_site_to_edit(path_), {});
 }
 
 TEST_F(SiteFile, HoldsNumbersThatAreNone) {
@@ -210,7 +234,7 @@ TEST_F(SiteFile, HoldsNumbersThatAreNone) {
   site.scans[0].estimate.T_map_robot.y = -std::numeric_limits<double>::infinity();
   site.scans[0].estimate.covariance(0, 0) = std::numeric_limits<double>::infinity();
   write_site(path_, site);
-  const Site back = read_site(path_);
+  const Site back = read_site_to_edit(path_);
   EXPECT_TRUE(std::isnan(back.scans[0].estimate.T_map_robot.x));
   EXPECT_EQ(back.scans[0].estimate.T_map_robot.y, -std::numeric_limits<double>::infinity());
   EXPECT_EQ(back.scans[0].estimate.covariance, site.scans[0].estimate.covariance);
@@ -222,13 +246,13 @@ TEST_F(SiteFile, GivesTheSameBytesEachTime) {
   const std::string first = bytes();
   write_site(path_, site);
   EXPECT_EQ(bytes(), first);
-  write_site(path_, read_site(path_));
+  write_site(path_, read_site_to_edit(path_));
   EXPECT_EQ(bytes(), first);
 }
 
 TEST_F(SiteFile, LeavesNothingElseInTheFolder) {
   write_site(path_, rich_site());
-  read_site(path_);
+  read_site_to_edit(path_);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
 }
 
@@ -270,8 +294,126 @@ TEST_F(SiteFile, SaysThatAFolderIsNone) {
 
 TEST_F(SiteFile, RefusesANewerFormat) {
   write_site(path_, rich_site());
-  sql("PRAGMA user_version=2");
-  EXPECT_THAT(error(), AllOf(HasSubstr("newer"), HasSubstr("format 2"), HasSubstr("update")));
+  sql("PRAGMA user_version=3");
+  EXPECT_THAT(error(), AllOf(HasSubstr("newer"), HasSubstr("format 3"), HasSubstr("update")));
+}
+
+/// What version 1 did not know is empty.
+TEST_F(SiteFile, ReadsTheFirstFormat) {
+  Site site = rich_site();
+  site.key_links.clear(), site.edits.clear();
+  write_site(path_, site);
+  sql("DROP TABLE key_link; DROP TABLE edit; DROP TABLE edit_point; PRAGMA user_version=1");
+  expect_equal(read_site_to_edit(path_), site);
+  site.edits = rich_site().edits;
+  write_edits(path_, site);
+  expect_equal(read_site_to_edit(path_), site);
+}
+
+TEST_F(SiteFile, IsReadWithItsEditsAppliedAndNotKeptSo) {
+  const Site site = rich_site();
+  write_site(path_, site);
+  const Site shown = read_site(path_);
+  EXPECT_TRUE(shown.edits_applied);
+  const Pose2 turned = Pose2{0, 0, 0.3} * site.scans[5].estimate.T_map_robot;
+  EXPECT_EQ(shown.scans[5].estimate.T_map_robot, turned);
+  const std::string before = bytes();
+  EXPECT_THROW(write_site(path_, shown), Error);
+  EXPECT_EQ(bytes(), before);
+}
+
+// ---- Edits that are newer than the file ---------------------------------------------------------
+
+TEST_F(SiteFile, TakesTheEditsBesideIt) {
+  Site site = rich_site();
+  write_site(path_, site);
+  const std::string whole = bytes();
+  for (int undone = 0; undone < 7; ++undone) {
+    write_edits(path_, site);
+    EXPECT_EQ(bytes(), whole);
+    expect_equal(read_site_to_edit(path_), site);
+    if (!site.edits.empty()) site.edits.pop_back();
+  }
+  write_site(path_, site);
+  EXPECT_FALSE(fs::exists(edits_file(path_)));
+  expect_equal(read_site_to_edit(path_), site);
+}
+
+TEST_F(SiteFile, TakesNoEditsOfAnotherSite) {
+  Site site = rich_site();
+  write_site(path_, site);
+  write_edits(path_, site);
+  const fs::path kept = folder_ / "kept";
+  fs::copy_file(edits_file(path_), kept);
+  site.edits.clear();
+  site.source_name = "another";
+  write_site(path_, site);
+  fs::copy_file(kept, edits_file(path_));
+  expect_equal(read_site_to_edit(path_), site);
+}
+
+TEST_F(SiteFile, NoticesDamagedEditsBesideIt) {
+  Site site = rich_site();
+  write_site(path_, site);
+  write_edits(path_, site);
+  std::ifstream in(edits_file(path_), std::ios::binary);
+  const std::string whole{std::istreambuf_iterator<char>(in), {}};
+  RandomStream random(32);
+  int detected = 0;
+  constexpr int kTries = 400;
+  for (int i = 0; i < kTries; ++i) {
+    std::string damaged = whole;
+    std::size_t place = random.below(whole.size());
+    while (i % 10 && whole[place] == '\0') place = random.below(whole.size());
+    damaged[place] = static_cast<char>(damaged[place] ^ (1 << random.below(8)));
+    std::ofstream(edits_file(path_), std::ios::binary) << damaged;
+    try {
+      expect_equal(read_site_to_edit(path_), site);
+      if (HasFailure()) FAIL() << "wrong data from byte " << place;
+    } catch (const Error& e) {
+      EXPECT_THAT(e.what(), StartsWith(edits_file(path_).string()));
+      ++detected;
+    }
+  }
+  EXPECT_GT(detected, kTries / 2);
+}
+
+/// A child tells through a pipe how many edits it has been told are kept; killed at any moment it
+/// leaves so many, or one more that it was about to tell of.
+TEST_F(SiteFile, KeepsEveryEditThatItAcknowledged) {
+  Site site = rich_site();
+  site.edits.clear();
+  write_site(path_, site);
+  RandomStream random(33);
+  for (int round = 0; round < 12; ++round) {
+    int ends[2];
+    ASSERT_EQ(pipe(ends), 0);
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      for (unsigned char n = static_cast<unsigned char>(site.edits.size()); n < 250;) {
+        Edit edit;
+        edit.id = ++n;
+        site.edits.push_back(edit);
+        n % 16 == 15 ? write_site(path_, site) : write_edits(path_, site);
+        if (write(ends[1], &n, 1) != 1) _exit(1);
+      }
+      _exit(0);
+    }
+    close(ends[1]);
+    unsigned char told = static_cast<unsigned char>(site.edits.size()), n = 0;
+    while (told < 18 * (round + 1) && read(ends[0], &n, 1) == 1) told = n;
+    usleep(static_cast<useconds_t>(random.below(3000)));
+    kill(child, SIGKILL);
+    while (read(ends[0], &n, 1) == 1) told = n;
+    close(ends[0]);
+    waitpid(child, nullptr, 0);
+    const Site kept = read_site_to_edit(path_);
+    EXPECT_GE(kept.edits.size(), told);
+    EXPECT_LE(kept.edits.size(), told + 1U);
+    site.edits = kept.edits;
+  }
+  EXPECT_GT(site.edits.size(), 200U);
 }
 
 TEST_F(SiteFile, RefusesWhatIsCutShort) {
@@ -284,16 +426,33 @@ TEST_F(SiteFile, RefusesWhatIsCutShort) {
 }
 
 TEST_F(SiteFile, NoticesWhatAnotherProgramChanged) {
-  for (const char* change :
-       {"UPDATE scan SET x = x + 1e-9 WHERE id = 7",
-        "UPDATE relation SET enabled = 1 - enabled WHERE id = 3", "DELETE FROM scan WHERE id = 39",
-        "DELETE FROM truth", "UPDATE meta SET value = 'x' WHERE key = 'options_toml'",
-        "UPDATE skipped SET count = 5", "UPDATE laser SET max_range = 1",
-        "UPDATE scan SET data = x'00' WHERE id = 1", "UPDATE scan SET laser = 99",
-        "UPDATE scan SET id = id + 1000", "UPDATE relation SET from_scan = -1",
-        "UPDATE scan SET health = 77", "DELETE FROM meta WHERE key = 'checksum'",
-        "DROP TABLE learnt", "UPDATE learnt SET name = 'x' WHERE name = 'lag_s'",
-        "UPDATE scan SET data = NULL"}) {
+  for (const char* change : {"UPDATE scan SET x = x + 1e-9 WHERE id = 7",
+                             "UPDATE relation SET enabled = 1 - enabled WHERE id = 3",
+                             "DELETE FROM scan WHERE id = 39",
+                             "DELETE FROM truth",
+                             "UPDATE meta SET value = 'x' WHERE key = 'options_toml'",
+                             "UPDATE skipped SET count = 5",
+                             "UPDATE laser SET max_range = 1",
+                             "UPDATE scan SET data = x'00' WHERE id = 1",
+                             "UPDATE scan SET laser = 99",
+                             "UPDATE scan SET id = id + 1000",
+                             "UPDATE relation SET from_scan = -1",
+                             "UPDATE scan SET health = 77",
+                             "DELETE FROM meta WHERE key = 'checksum'",
+                             "DROP TABLE learnt",
+                             "UPDATE learnt SET name = 'x' WHERE name = 'lag_s'",
+                             "UPDATE scan SET data = NULL",
+                             "UPDATE key_link SET weak_step = 1 - weak_step",
+                             "DELETE FROM key_link WHERE id = 3",
+                             "UPDATE key_link SET local_map = 10 WHERE id = 3",
+                             "DELETE FROM edit WHERE kind = 4",
+                             "UPDATE edit SET kind = 6 WHERE kind = 5",
+                             "UPDATE edit SET radians = NULL",
+                             "UPDATE edit SET from_scan = 40",
+                             "UPDATE edit_point SET x = x + 1e-9 WHERE id = 2",
+                             "UPDATE edit_point SET edit = 9999",
+                             "DELETE FROM edit_point WHERE id = 0",
+                             "UPDATE edit_point SET scan = -1"}) {
     write_site(path_, rich_site());
     sql(change);
     EXPECT_THAT(error(), HasSubstr("damaged")) << change;
@@ -318,7 +477,7 @@ TEST_F(SiteFile, NeverReadsWrongDataFromDamagedBytes) {
     damaged[place] = static_cast<char>(damaged[place] ^ (1 << random.below(8)));
     put(damaged);
     try {
-      expect_equal(read_site(path_), site);
+      expect_equal(read_site_to_edit(path_), site);
       if (HasFailure()) FAIL() << "wrong data from byte " << place;
     } catch (const Error& e) {
       ++detected;
@@ -340,7 +499,7 @@ TEST_F(SiteFile, NoticesAPageOfZerosOrNoise) {
       }
       put(damaged);
       try {
-        expect_equal(read_site(path_), site);
+        expect_equal(read_site_to_edit(path_), site);
         if (HasFailure()) FAIL() << "wrong data from page at " << begin;
       } catch (const Error&) {
       }
