@@ -74,19 +74,21 @@ void add_turn(Site& site, double radians) {
   map::add_edit(site, std::move(edit));
 }
 
-void add_shapes(Site& site, EditKind kind, const std::vector<std::string>& texts) {
+void add_shapes(Site& site, const Site& shown, EditKind kind,
+                const std::vector<std::string>& texts) {
   const std::string option = std::string("--") + name_of(kind);
   for (const std::string& text : texts)
-    map::add_edit(site, map::anchored(site, kind, points_of(text, option.c_str())));
+    map::add_edit(site, map::anchored(shown, kind, points_of(text, option.c_str())));
 }
 
 /// Shapes before turns: their points are where the user saw them.
 void apply(const EditCommand& o, Site& site) {
   if (o.undo && !map::undo_edit(site)) throw Error(o.run + ": there is nothing to undo");
-  add_shapes(site, EditKind::erase, o.erase);
-  add_shapes(site, EditKind::wall, o.wall);
-  add_shapes(site, EditKind::forbidden, o.forbid);
-  add_shapes(site, EditKind::crop, o.crop);
+  const Site shown = map::with_edits(site);
+  add_shapes(site, shown, EditKind::erase, o.erase);
+  add_shapes(site, shown, EditKind::wall, o.wall);
+  add_shapes(site, shown, EditKind::forbidden, o.forbid);
+  add_shapes(site, shown, EditKind::crop, o.crop);
   for (const std::string& pair : o.without_loops) {
     const auto [from, to] = scan_pair("--without-loop", pair);
     map::switch_closure(site, from, to, false);
@@ -97,7 +99,7 @@ void apply(const EditCommand& o, Site& site) {
   }
   if (o.turn != 0) add_turn(site, radians(o.turn));
   if (!o.upright) return;
-  const auto direction = map::main_direction(site);
+  const auto direction = map::main_direction(map::with_edits(site));
   if (!direction) throw Error(o.run + ": no straight wall tells which way is upright");
   add_turn(site, -*direction);
 }
@@ -138,8 +140,9 @@ void run_edit(const EditCommand& o) {
     throw Error("nothing to do; majak edit --help lists what can be corrected");
   }
   if (o.closures) return list_closures(site);
-  for (const Edit& edit : site.edits) fmt::print("{}\n", in_words(site, edit));
-  if (site.edits.empty()) fmt::print("no edits\n");
+  const Site shown = map::with_edits(std::move(site));
+  for (const Edit& edit : shown.edits) fmt::print("{}\n", in_words(shown, edit));
+  if (shown.edits.empty()) fmt::print("no edits\n");
 }
 
 }  // namespace

@@ -20,11 +20,6 @@ constexpr double kFarthest = 1000;  // m, of a point from the scan that it hangs
 constexpr double kOffTheMap = 1e6;  // m; a scan placed there has no place
 constexpr float kCertain = 6;       // log-odds of a wall that a person drew
 
-/// From the site's poses to the map as it is shown.
-Pose2 shown_from(const Site& site) {
-  return site.edits_applied ? Pose2{} : Pose2{0, 0, turn_of(site)};
-}
-
 /// Of a polygon or of a line.
 std::size_t least_points(EditKind kind) { return kind == EditKind::wall ? 2 : 3; }
 
@@ -181,18 +176,16 @@ Edit anchored(const Site& site, EditKind kind, std::span<const Vec2> points) {
                 " points or more");
   const bool keys =
       std::any_of(site.scans.begin(), site.scans.end(), [](const PosedScan& s) { return s.key; });
-  const Pose2 T_site_shown = shown_from(site).inverse();
   Edit edit;
   edit.kind = kind;
-  for (const Vec2& p : points) edit.points.push_back(anchored_point(site, keys, T_site_shown * p));
+  for (const Vec2& p : points) edit.points.push_back(anchored_point(site, keys, p));
   return edit;
 }
 
 std::vector<Vec2> points_in_map(const Site& site, const Edit& edit) {
-  const Pose2 T_shown_site = shown_from(site);
   std::vector<Vec2> points;
   for (const AnchoredPoint& p : edit.points)
-    points.push_back(T_shown_site * (site.scans[p.scan].estimate.T_map_robot * p.p_robot));
+    points.push_back(site.scans[p.scan].estimate.T_map_robot * p.p_robot);
   return points;
 }
 
@@ -325,7 +318,7 @@ std::optional<double> main_direction(const Site& site) {
     }
     if (weight > 0) direction += sum / weight;
   }
-  return within_quarter(direction + shown_from(site).theta);
+  return within_quarter(direction);
 }
 
 }  // namespace majak::map

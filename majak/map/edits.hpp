@@ -3,10 +3,11 @@
 // measured and, beside it, what people corrected; with_edits() makes the site that everything else
 // works on. io::read_site() does that, so nobody who reads a run can forget it.
 //
-//   add_edit(site, anchored(site, EditKind::erase, polygon));
 //   Site shown = with_edits(site);
+//   add_edit(site, anchored(shown, EditKind::erase, polygon));
 //
-// Points are given and told in the map as it is shown: turned as the edits say.
+// Points are in the frame of the poses of the site that is handed over: to tell or to take points
+// of the map as it is shown, hand over the site that is shown.
 #pragma once
 
 #include <cstddef>
@@ -66,8 +67,7 @@ void forbid(KnownMap& known, const Site& site, CellState as = CellState::unknown
 bool inside(std::span<const Vec2> polygon, const Vec2& point);
 
 /// By how much the walls lie turned against the map's axes, rad in [-pi/4, pi/4): a turn by as much
-/// the other way makes the map upright. Of the map as it is shown; nothing where no straight wall
-/// was seen.
+/// the other way makes the map upright. Nothing where no straight wall was seen.
 std::optional<double> main_direction(const Site& site);
 
 }  // namespace majak::map

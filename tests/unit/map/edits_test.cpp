@@ -92,10 +92,8 @@ TEST(AnchoredPoints, LieWhereTheyWereSet) {
   Site site = hall_site();
   for (const double turned : {0.0, 0.7, -2.9}) {
     add_edit(site, a_turn(turned));
-    const Edit edit = anchored(site, EditKind::erase, kPillar);
+    const Edit edit = anchored(with_edits(site), EditKind::erase, kPillar);
     for (const AnchoredPoint& p : edit.points) EXPECT_TRUE(site.scans[p.scan].key);
-    expect_near(points_in_map(site, edit), kPillar);
-    add_edit(site, edit);
     expect_near(points_in_map(with_edits(site), edit), kPillar);
     undo_edit(site);
   }
@@ -370,10 +368,9 @@ TEST(MainDirection, IsFoundToAFifthOfADegree) {
 TEST(MainDirection, ComesWithTheTurnAndThenIsNone) {
   Site site = at_truth("ring", 0.3);
   add_edit(site, a_turn(0.1));
-  EXPECT_NEAR(*main_direction(site), 0.4, radians(0.2));
-  EXPECT_NEAR(*main_direction(with_edits(site)), *main_direction(site), 1e-9);
-  add_edit(site, a_turn(-*main_direction(site)));
-  EXPECT_NEAR(*main_direction(site), 0, 1e-9);
+  EXPECT_NEAR(*main_direction(with_edits(site)), *main_direction(site) + 0.1, 1e-9);
+  add_edit(site, a_turn(-*main_direction(with_edits(site))));
+  EXPECT_NEAR(*main_direction(with_edits(site)), 0, 1e-9);
   EXPECT_FALSE(main_direction(Site{}));
 }
 

@@ -15,13 +15,14 @@
 namespace majak::slam {
 namespace {
 
-/// A ring driven twice, with the error of a bad laser, so that its loop opens.
-const std::vector<Event>& ring_run() {
-  static const std::vector<Event> events = simulated_run("ring", 2);
-  return events;
-}
+/// A lap and a quarter round a ring so long that without its closures the map is half a metre off.
 const Site& ring_site() {
-  static const Site site = map_of(ring_run());
+  static const Site site = map_of(simulated_run("large_ring"));
+  return site;
+}
+/// Much of it is seen twice, with closures or without.
+const Site& building_site() {
+  static const Site site = map_of(building_run());
   return site;
 }
 
@@ -71,14 +72,13 @@ Site without_all(Site site) {
 }
 
 TEST(Reoptimised, IsTheSameBitByBitWhereNothingIsSwitched) {
-  for (const Site* site : {&ring_site()}) expect_same(reoptimised(*site, {}, {1}), *site);
-  const Site building = map_of(building_run());
-  expect_same(reoptimised(building, {}, {2}), building);
+  expect_same(reoptimised(ring_site(), {}, {1}), ring_site());
+  expect_same(reoptimised(building_site(), {}, {2}), building_site());
 }
 
 TEST(Reoptimised, HasItsOldBytesBackWhenSwitchedOnAgain) {
   Site off = reoptimised(without_all(ring_site()), {}, {2});
-  EXPECT_GT(farthest_apart(off, ring_site()), 0.05);
+  EXPECT_GT(farthest_apart(off, ring_site()), 0.3);  // 0.45
   for (const auto& [from, to] : closures(off)) map::switch_closure(off, from, to, true);
   expect_same(reoptimised(off, {}, {1}), ring_site());
 }
@@ -88,45 +88,33 @@ TEST(Reoptimised, DoesNotDependOnThreads) {
   expect_same(reoptimised(off, {}, {1}), reoptimised(off, {}, {3}));
 }
 
-TEST(Reoptimised, WithoutClosuresIsTheMapThatMapsWithoutThem) {
+/// As long as the search finds no others in their place.
+TEST(Reoptimised, IsTheMapThatIsMadeWithoutThoseClosures) {
   GraphSlamOptions options;
-  for (int round = 0; round < 20; ++round) {  // with some off, it finds others in their place
-    const Site site = map_of(ring_run(), options);
-    std::size_t found = 0;
-    for (const Constraint& c : site.constraints)
-      if (c.kind == ConstraintKind::closure) {
-        const std::pair pair{c.from, c.to};
-        auto& off = options.loops.switched_off;
-        if (std::find(off.begin(), off.end(), pair) != off.end()) continue;
-        off.push_back(pair), ++found;
-      }
-    if (found == 0) break;
-  }
-  const Site mapped = map_of(ring_run(), options);
-  const Site site = reoptimised(without_all(ring_site()), {}, {2});
-  EXPECT_LT(farthest_apart(site, mapped), 1e-3);
-}
-
-/// The first place is said to be another one.
-Site with_wrong_closure(Site site) {
-  const auto right = std::find_if(site.constraints.begin(), site.constraints.end(),
-                                  [](auto& c) { return c.kind == ConstraintKind::closure; });
-  Constraint wrong = *right;
-  wrong.from = right->from, wrong.to = right->to;
-  wrong.T_from_to = wrong.T_from_to * Pose2{2.0, 1.0, 0.3};
-  wrong.information *= 1e4;
-  *right = wrong;
-  return site;
+  options.loops.switched_off = closures(building_site());
+  const Site mapped = map_of(building_run(), options);
+  ASSERT_EQ(closures(mapped), closures(building_site()));
+  const Site site = reoptimised(without_all(building_site()), {}, {2});
+  expect_same(site, mapped);
+  EXPECT_GT(farthest_apart(site, building_site()), 0.005);
 }
 
 TEST(Reoptimised, AWrongClosureDoesItsHarmAndIsTakenOut) {
-  const Site wrong = reoptimised(with_wrong_closure(ring_site()), {}, {2});
-  const auto [from, to] = closures(ring_site()).front();
+  Site wrong = ring_site();
+  const auto [from, to] = closures(wrong).front();
+  for (Constraint& c : wrong.constraints) {
+    if (c.kind != ConstraintKind::closure || c.from != from || c.to != to) continue;
+    c.T_from_to = c.T_from_to * Pose2{2.0, 0.6, 0.05};
+    c.information *= 100;
+  }
+  wrong = reoptimised(wrong, {}, {2});
+  EXPECT_GT(error_of(wrong).worst, 0.3);  // 0.43
   Site mended = wrong, without = ring_site();
   map::switch_closure(mended, from, to, false);
   map::switch_closure(without, from, to, false);
   mended = reoptimised(mended, {}, {2}), without = reoptimised(without, {}, {2});
-  EXPECT_LT(farthest_apart(mended, without), 1e-9);
+  for (std::size_t i = 0; i < mended.scans.size(); ++i)
+    ASSERT_EQ(mended.scans[i].estimate.T_map_robot, without.scans[i].estimate.T_map_robot);
   EXPECT_LT(error_of(mended).worst, 0.1);
 }
 
