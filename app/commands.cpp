@@ -23,6 +23,7 @@
 #include "app/record.hpp"
 #include "app/route.hpp"
 #include "app/simulate.hpp"
+#include "app/view.hpp"
 
 namespace majak::app {
 
@@ -45,6 +46,7 @@ class FirstLines : public CLI::Formatter {
 void add_commands(CLI::App& app) {
   add_map(app);
   add_localize(app);
+  add_view(app);
   add_compare(app);
   add_calibrate(app);
   add_info(app);

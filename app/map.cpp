@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <memory>
 #include <new>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -19,7 +20,10 @@
 #include "app/log_options.hpp"
 #include "app/progress.hpp"
 #include "app/results.hpp"
+#include "app/run_view.hpp"
 #include "app/scan_pair.hpp"
+#include "app/viewer.hpp"
+#include "app/work_view.hpp"
 #include "app/write_figure.hpp"
 #include "majak/core/error.hpp"
 #include "majak/io/options_file.hpp"
@@ -44,6 +48,7 @@ constexpr const char* kMapHelp =
     "  majak map my.log --without-loop 151-945  without a closure that the report lists\n"
     "  majak map my.log --method particles      by another method\n"
     "  majak map /dev/ttyUSB0 -o hall           live from the laser, until Ctrl-C\n"
+    "  majak map my.log --view                  watched in the browser, then corrected there\n"
     "\n"
     "The folder holds report.html (open this first), map.png, map.pgm + map.yaml, trajectory.tum,\n"
     "graph.g2o, summary.json, options.toml and site.majak, from which other commands start.\n"
@@ -60,6 +65,9 @@ struct MapOptions {
   std::string record;  // also keep what the device sends
   std::string method = "graph-slam";
   RunOptions options;
+  bool view = false;  // show it on a page, and stay
+  bool files = true;  // leave a folder
+  ViewerOptions viewer;
 };
 
 std::string map_help() { return kMapHelp + mapping_methods_help(); }
@@ -89,18 +97,24 @@ slam::Mapping finish(const slam::Mapper& mapper, const std::string& log) {
   }
 }
 
-slam::Mapping map_log(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
+slam::Mapping map_log(const MapOptions& o, Threads threads, Stopwatch& stopwatch, Viewer* viewer) {
   Progress progress;
+  std::optional<WorkView> view;
+  if (viewer != nullptr)
+    view.emplace(*viewer, fs::path(o.log).filename().string(), "mapping", o.options.grid);
   Input source(o.log, o.source, o.device, o.record, progress);
   const slam::Mapper mapper = methods::mapping_method(o.method).make(o.options.mapping, threads);
   std::int64_t scans = 0;
   while (auto event = source.next()) {
     scans += std::holds_alternative<Scan>(*event);
+    const Time begin = live_clock();
     mapper.add(std::move(*event));
+    if (view) view->look(mapper.chain(), 1e3 * to_seconds(live_clock() - begin));
     if (!source.live()) progress.show("reading and matching", scans);
   }
   stopwatch.lap("read_and_match");
   progress.show("all scans together", scans);
+  if (view) view->status("all scans together");
   if (scans == 0)
     throw Error(fmt::format("{}: {}", o.log,
                             source.live()
@@ -113,9 +127,9 @@ slam::Mapping map_log(const MapOptions& o, Threads threads, Stopwatch& stopwatch
   return mapping;
 }
 
-slam::Mapping make_map(const MapOptions& o, Threads threads, Stopwatch& stopwatch) {
+slam::Mapping make_map(const MapOptions& o, Threads threads, Stopwatch& stopwatch, Viewer* viewer) {
   try {
-    return map_log(o, threads, stopwatch);
+    return map_log(o, threads, stopwatch, viewer);
   } catch (const std::bad_alloc&) {
     throw Error(fmt::format(
         "{}: the map of this log does not fit into the memory; where odometry jumps, --no-odometry "
@@ -163,19 +177,37 @@ void run_map(MapOptions& o) {
   if (o.output.empty()) o.output = results_folder(o.log, "-map");
   const int hardware = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   const Threads threads{o.threads > 0 ? o.threads : hardware};
+  std::unique_ptr<Viewer> viewer;
+  if (o.view) viewer = std::make_unique<Viewer>(o.viewer);
   Stopwatch stopwatch;
-  slam::Mapping mapping = make_map(o, threads, stopwatch);
+  slam::Mapping mapping = make_map(o, threads, stopwatch, viewer.get());
   Site& site = mapping.site;
   site.options_toml = effective_options(o);
   keep_switched_off(o, site);
-  const Results results = write_results(o.output, site, o.options.grid, stopwatch);
-  if (o.json)
-    fmt::print("{}", results.summary);
-  else
-    print_result(o, site, results.slips);
+  if (o.files) {
+    const Results results = write_results(o.output, site, o.options.grid, stopwatch);
+    if (o.json)
+      fmt::print("{}", results.summary);
+    else
+      print_result(o, site, results.slips);
+  }
+  if (!viewer) return;
+  std::optional<fs::path> folder;
+  if (o.files) folder = o.output;
+  const RunView view(*viewer, std::move(site), folder, threads);
+  viewer->wait();
 }
 
 }  // namespace
+
+void map_on_page(const std::string& log, const ViewerOptions& viewer) {
+  MapOptions o;
+  o.log = log;
+  o.view = true;
+  o.files = false;
+  o.viewer = viewer;
+  run_map(o);
+}
 
 void add_map(CLI::App& app) {
   auto o = std::make_shared<MapOptions>();
@@ -200,6 +232,8 @@ void add_map(CLI::App& app) {
   command->add_option("--options", o->options_file, "options.toml of a run");
   command->add_option("--set", o->set, "one option: name=value");
   command->add_flag("--json", o->json, "print summary.json");
+  command->add_flag("--view", o->view, "show it on a page in the browser, and stay");
+  add_viewer_options(*command, o->viewer);
   command->callback([o] { run_map(*o); });
 }
 

@@ -14,6 +14,8 @@ namespace majak::app {
 
 /// s of all threads of this program.
 double cpu_seconds();
+/// MB of memory that this program holds now; 0 where the system does not say.
+double resident_megabytes();
 
 class Progress {
  public:

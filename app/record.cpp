@@ -10,6 +10,8 @@
 
 #include "app/live.hpp"
 #include "app/progress.hpp"
+#include "app/viewer.hpp"
+#include "app/work_view.hpp"
 #include "majak/core/error.hpp"
 #include "majak/io/recording.hpp"
 
@@ -19,6 +21,8 @@ namespace {
 struct RecordOptions {
   std::string port, output;
   DeviceOptions device;
+  bool view = false;  // show it on a page meanwhile
+  ViewerOptions viewer;
 };
 
 // "lms-20260714-183012.mcap"
@@ -44,8 +48,18 @@ void run(const RecordOptions& o) {
   const auto source = open_device(o.port, o.device, end, progress, keep);
   recording = std::make_unique<io::RecordingWriter>(
       name, telegrams_of(o.port));  // not before the port is there
-  while (const auto event = source->next())
-    if (const auto* scan = std::get_if<Scan>(&*event)) recording->add_scan(*scan, live_clock());
+  std::unique_ptr<Viewer> viewer;
+  std::unique_ptr<WorkView> view;
+  if (o.view) {
+    viewer = std::make_unique<Viewer>(o.viewer);
+    view = std::make_unique<WorkView>(*viewer, o.port, "recording", map::OccupancyGridOptions{});
+  }
+  while (const auto event = source->next()) {
+    const auto* scan = std::get_if<Scan>(&*event);
+    if (scan == nullptr) continue;
+    recording->add_scan(*scan, live_clock());
+    if (view) view->show(*scan);
+  }
   progress.clear();
   recording->close();
   fmt::print("{} scans\n", recording->scans());
@@ -67,7 +81,8 @@ void add_record(CLI::App& app) {
       "  majak record /dev/ttyUSB0                      until Ctrl-C\n"
       "  majak record /dev/ttyUSB0 -o hall.mcap --duration 60\n"
       "  majak record /dev/ttyUSB0 --baud 500000 --resolution 180/0.5\n"
-      "  majak record tcp://192.168.0.1                 an LMS1xx, LMS5xx or TiM\n\n"
+      "  majak record tcp://192.168.0.1                 an LMS1xx, LMS5xx or TiM\n"
+      "  majak record /dev/ttyUSB0 --view               watched in the browser\n\n"
       "Nothing has to be known of the device: its rate is found, and it is waited for while it\n"
       "boots. A recording that is cut off opens all the same, less its last second.\n");
   command
@@ -76,6 +91,8 @@ void add_record(CLI::App& app) {
       ->required();
   command->add_option("-o,--output", options->output, "the recording; default: lms-DATE-TIME.mcap");
   add_device_options(*command, options->device);
+  command->add_flag("--view", options->view, "show the scans on a page in the browser meanwhile");
+  add_viewer_options(*command, options->viewer);
   command->callback([options] { run(*options); });
 }
 

@@ -6,18 +6,23 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "majak/draw/chart.hpp"
 #include "majak/draw/findings.hpp"
 #include "majak/draw/map_figure.hpp"
 #include "majak/draw/report_page.hpp"
+#include "majak/draw/site_view.hpp"
 #include "majak/draw/svg.hpp"
+#include "majak/draw/viewer_page.hpp"
+#include "majak/io/unpack.hpp"
 
 namespace majak::draw {
 
 namespace {
 
 constexpr std::size_t kClosureRows = 400, kSlipRows = 10;
+constexpr std::size_t kViewedScans = 4000;  // so that the page of a long run still opens
 
 std::string tiles(const io::Figures& f) {
   std::string out = "<div class=\"tiles\">\n";
@@ -43,6 +48,23 @@ std::string map_section(const Site& site, const map::OccupancyGrid& grid, const 
                                 "<p class=\"soft\">Drag to move; double click or Ctrl and the "
                                 "wheel to zoom; closures and ellipses tell "
                                 "more under the pointer.</p>\n");
+}
+
+/// What majak view shows, with the run in it; nothing where the program was built without.
+std::string viewer_section(const Site& site, const map::OccupancyGrid& grid) {
+  const ViewerPage viewer = viewer_page();
+  if (viewer.script.empty() || site.scans.empty()) return "";
+  const std::shared_ptr<const Site> borrowed(&site, [](const Site*) {});
+  const SiteView view(borrowed, {.keys_only = true, .most_scans = kViewedScans});
+  std::string script(viewer.script);
+  for (std::size_t at = 0; (at = script.find("</script", at)) != std::string::npos; at += 2)
+    script.insert(at + 1, "\\");
+  std::string out = "<div class=\"wide\"><div id=\"majak-viewer\"></div></div>\n<style>";
+  out += viewer.style;
+  out += "</style>\n<script type=\"application/octet-stream;base64\" id=\"majak-data\">";
+  out += base64(io::gzip(view_stream(view, grid)));
+  out += "</script>\n<script data-mount=\"majak-viewer\">" + script + "</script>\n";
+  return out;
 }
 
 std::string path_section(const Paths& paths) {
@@ -207,6 +229,7 @@ std::string report_html(const Site& site, const map::OccupancyGrid& grid,
   const io::Figures figures = io::figures_of(site, grid);
   const Paths paths = paths_of(site);
   std::string out = tiles(figures);
+  out += viewer_section(site, grid);
   out += map_section(site, grid, paths);
   out += section("The odometry", list(odometry_in_words(site)) + slip_table(site, extras.slips));
   out += path_section(paths);

@@ -78,6 +78,8 @@ margin:16px 0}
 .tile{background:var(--card);border:1px solid var(--rule);border-radius:10px;padding:12px 14px}
 .tile b{display:block;font-size:21px;font-weight:650;letter-spacing:-.01em;white-space:nowrap}
 .tile span{color:var(--soft);font-size:13px}.tile i{display:block;font-style:normal}
+.wide{width:min(96vw,1600px);margin:16px calc(50% - min(48vw,800px))}
+.wide>div{height:82vh;border:1px solid var(--rule);border-radius:10px;overflow:hidden}
 svg{display:block;width:100%;height:auto}
 svg text{fill:var(--soft);font-size:12px;font-family:inherit}
 .map{max-height:82vh;border-radius:6px;background:#cdcdcd;touch-action:none;cursor:grab}

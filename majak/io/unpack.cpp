@@ -3,11 +3,13 @@
 
 #include <bzlib.h>
 #include <lz4frame.h>
+#include <zlib.h>
 #include <zstd.h>
 
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <new>
 
 #include "majak/core/error.hpp"
 
@@ -147,6 +149,23 @@ std::string pack(ChunkPacking packing, std::string_view plain) {
   if (packing == ChunkPacking::zstd) return pack_zstd(plain);
   if (packing != ChunkPacking::none) throw Error("only lz4 and zstd are packed");
   return std::string(plain);
+}
+
+std::string gzip(std::string_view plain) {
+  z_stream stream{};
+  constexpr int kGzip = 16 + MAX_WBITS;
+  if (deflateInit2(&stream, 6, Z_DEFLATED, kGzip, 8, Z_DEFAULT_STRATEGY) != Z_OK)
+    throw std::bad_alloc();
+  std::string out(deflateBound(&stream, plain.size()), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(plain.data()));
+  stream.avail_in = static_cast<uInt>(plain.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  const int result = deflate(&stream, Z_FINISH);
+  out.resize(stream.total_out);
+  deflateEnd(&stream);
+  if (result != Z_STREAM_END) throw Error("more than gzip can pack at once");
+  return out;
 }
 
 }  // namespace majak::io

@@ -19,4 +19,7 @@ bool unpack(ChunkPacking packing, std::string_view packed, std::size_t limit, st
 /// Packs as one frame; nothing but Zstandard and LZ4.
 std::string pack(ChunkPacking packing, std::string_view plain);
 
+/// A gzip file's bytes; the same for the same input.
+std::string gzip(std::string_view plain);
+
 }  // namespace majak::io

@@ -25,6 +25,9 @@ class EkfMapper {
   std::optional<Estimate> add(Event event);
   Mapping finish();
 
+  /// What is known so far.
+  const ScanChain& chain() const { return chain_; }
+
  private:
   std::optional<Estimate> take_scans();
 

@@ -49,6 +49,9 @@ class ExpectationMaximization {
   /// Throws Error for a log without odometry.
   Mapping finish();
 
+  /// What is known so far.
+  const ScanChain& chain() const { return chain_; }
+
  private:
   /// One level: rounds until the likelihood stands still.
   HiddenPosterior climb(const HiddenPoses& hidden, HiddenPosterior posterior, double cell,

@@ -45,6 +45,9 @@ class GraphSlam {
   /// for every scan. Throws Error when there was no scan to work with.
   Mapping finish();
 
+  /// What is known so far.
+  const ScanChain& chain() const { return chain_; }
+
  private:
   std::optional<Estimate> take_scans();
 

@@ -69,6 +69,9 @@ class Hybrid {
   /// Key scans of the last add() that were moved or drawn anew.
   std::size_t touched() const { return touched_; }
 
+  /// What is known so far.
+  const ScanChain& chain() const { return chain_; }
+
  private:
   /// How returns lie on the old ground.
   struct Fit {

@@ -32,6 +32,9 @@ class IncrementalMl {
   std::optional<Estimate> add(Event event);
   Mapping finish();
 
+  /// What is known so far.
+  const ScanChain& chain() const { return chain_; }
+
  private:
   std::optional<Estimate> take_scans();
   void place(KeyScan& key);

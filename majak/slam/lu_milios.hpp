@@ -64,6 +64,9 @@ class LuMilios {
   std::optional<Estimate> add(Event event);
   Mapping finish();
 
+  /// What is known so far.
+  const ScanChain& chain() const { return chain_; }
+
  private:
   void place_scans(const std::vector<Mat3>& key_covariances);
   void record_constraints(const std::vector<graph::Edge>& relations);

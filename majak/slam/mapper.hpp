@@ -37,20 +37,25 @@ struct Mapping {
   std::size_t belief_bytes = 0;  ///< at most, of what the method keeps beside the scans
 };
 
+class ScanChain;
+
 struct Mapper {
   /// The next event, in the log's order; the newest estimate where it made one. Methods that work
   /// after the run give none.
   std::function<std::optional<Estimate>(Event)> add;
   /// After the last event. Throws Error that says what the method lacks.
   std::function<Mapping()> finish;
+  /// The scans so far and where they are by now, for who looks on; until finish().
+  std::function<const ScanChain&()> chain;
 };
 
-/// A class with add(Event) and finish(), as a Mapper.
+/// A class with add(Event), finish() and chain(), as a Mapper.
 template <class Method, class... Arguments>
 Mapper mapper_of(const Arguments&... arguments) {
   const auto method = std::make_shared<Method>(arguments...);
   return {[method](Event event) { return method->add(std::move(event)); },
-          [method] { return method->finish(); }};
+          [method] { return method->finish(); },
+          [method]() -> const ScanChain& { return method->chain(); }};
 }
 
 }  // namespace majak::slam

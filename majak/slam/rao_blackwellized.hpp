@@ -48,6 +48,9 @@ class RaoBlackwellized {
   std::vector<double> weights() const;
   std::size_t resamplings() const { return resamplings_; }
 
+  /// What is known so far.
+  const ScanChain& chain() const { return chain_; }
+
  private:
   struct Particle {
     Pose2 T_map_robot;

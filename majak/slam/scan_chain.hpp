@@ -68,6 +68,11 @@ class ScanChain {
   const KeyScans& keys() const { return keys_; }
   /// All scans so far, and what else goes into the result.
   Site& site() { return site_; }
+  const Site& site() const { return site_; }
+  /// The first so many have a place; the others wait for odometry.
+  std::size_t placed() const { return placed_; }
+  /// The key scan (of keys()) that a scan hangs on.
+  std::size_t key_of(std::size_t scan) const { return key_of_[scan]; }
 
   /// Where a scan is by its key scans' present poses.
   Hung hang(std::size_t scan) const;

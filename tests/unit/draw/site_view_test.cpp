@@ -9,6 +9,7 @@
 #include "majak/io/mcap_reader.hpp"
 #include "majak/io/ros_wire.hpp"
 #include "majak/io/view_records.hpp"
+#include "majak/map/edits.hpp"
 
 namespace majak::draw {
 namespace {
@@ -41,15 +42,13 @@ std::shared_ptr<Site> five_scans() {
 
 struct Told {
   std::vector<std::string> topics, scans;
-  nlohmann::json run, closures;
+  nlohmann::json run, closures, edits;
   std::vector<double> truth;
 };
 
 Told told(const SiteView& view) {
-  std::string bytes = io::view_head();
-  for (const std::string& record : view.head()) bytes += record;
-  for (std::size_t i = 0; i < view.size(); ++i) bytes += view.record(i);
-  io::McapReader reader(io::open_bytes_in_memory(std::move(bytes)).bytes);
+  io::McapReader reader(
+      io::open_bytes_in_memory(view_stream(view, map::OccupancyGrid(0.05))).bytes);
   Told all;
   io::Message m;
   while (reader.next(m)) {
@@ -57,6 +56,7 @@ Told told(const SiteView& view) {
     all.topics.push_back(topic);
     if (topic == "/run") all.run = nlohmann::json::parse(m.data);
     if (topic == "/closures") all.closures = nlohmann::json::parse(m.data);
+    if (topic == "/edits") all.edits = nlohmann::json::parse(m.data);
     if (topic == "/truth") {
       io::ros::Reader wire(m.data, io::ros::Encoding::cdr);
       std::vector<std::int64_t> stamps;
@@ -92,9 +92,9 @@ TEST(SiteView, LeavesOutWhatIsBetweenKeyScansWhereTold) {
 
 TEST(SiteView, LaysOdometryAndFrontEndOntoTheFirstPose) {
   const SiteView view(five_scans(), {});
-  io::McapReader reader(io::open_bytes_in_memory(io::view_head() + view.record(2)).bytes);
+  io::McapReader reader(io::open_bytes_in_memory(io::view_head() + view.estimates()).bytes);
   io::Message m;
-  ASSERT_TRUE(reader.next(m));
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(reader.next(m));
   io::ros::Reader wire(m.data, io::ros::Encoding::cdr);
   Time stamp = 0;
   std::uint32_t scan = 0, key = 0, particles = 0;
@@ -117,6 +117,24 @@ TEST(SiteView, AClosuresEffectIsWhatItMovedTheFrontEndsPoses) {
   EXPECT_EQ(all.closures[0]["effect_m"], 4);  // 8 m by the front end, 4 m as measured
   EXPECT_EQ(all.closures[0]["score"], 0.875);
   EXPECT_EQ(all.closures[0]["enabled"], true);
+}
+
+TEST(SiteView, TellsEditsWhereTheyLieInTheMap) {
+  auto site = five_scans();
+  const std::vector<Vec2> wall{{1, 2}, {3, 2}};
+  map::add_edit(*site, map::anchored(*site, EditKind::wall, wall));
+  Edit off;
+  off.kind = EditKind::closure_off;
+  off.to = 4;
+  map::add_edit(*site, off);
+  const Told all = told(SiteView(site, {}));
+  EXPECT_EQ(all.closures[0]["by_hand"], true);
+  ASSERT_EQ(all.edits["edits"].size(), 2U);
+  EXPECT_EQ(all.edits["edits"][0]["kind"], "wall");
+  EXPECT_NEAR(all.edits["edits"][0]["points"][1][0].get<double>(), 3, 1e-12);
+  EXPECT_EQ(all.edits["edits"][1]["to"], 4);
+  EXPECT_EQ(all.edits["can_undo"], true);
+  EXPECT_EQ(all.edits["can_redo"], false);
 }
 
 TEST(SiteView, LaysTheTruthOntoTheMap) {

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// A finished run on the page, and what people correct on it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "app/results.hpp"
+#include "app/robot_view.hpp"
+#include "app/viewer.hpp"
+#include "majak/core/parallel.hpp"
+#include "majak/core/site.hpp"
+#include "majak/draw/site_view.hpp"
+#include "majak/map/occupancy_grid.hpp"
+
+namespace majak::app {
+
+class RunView {
+ public:
+  /// `kept`: the site as it is kept, whose edits are applied here. `folder`: of the run, where
+  /// corrections are kept; nothing: they last as long as this.
+  RunView(Viewer& viewer, Site kept, std::optional<std::filesystem::path> folder, Threads threads);
+  /// Writes the run's files anew where they are older than the corrections.
+  ~RunView();
+  RunView(const RunView&) = delete;
+  RunView& operator=(const RunView&) = delete;
+
+ private:
+  void begin();
+  void run(const serve::Command& command);
+  void edit(const serve::Edit& wanted);
+  void undo();
+  void redo();
+  void switch_closure(const serve::SwitchClosure& wanted);
+  void localize(const serve::Localize& wanted);
+  void stop_localizing();
+  RobotView& robot();
+  void change(bool poses, const std::function<void(Site&)>& how);
+  void tell_changes();
+  void tell_segments();
+  void write_files();
+  bool localizing() const { return robot_ != nullptr; }
+
+  Viewer& viewer_;
+  std::optional<std::filesystem::path> folder_;
+  Threads threads_;
+  RunOptions options_;
+  Site kept_;
+  std::shared_ptr<const Site> shown_;
+  map::OccupancyGrid grid_;
+  std::vector<Edit> undone_;    ///< that can be made again, the last one first
+  bool files_are_old_ = false;  ///< the run's other files do not have the corrections yet
+  std::unique_ptr<RobotView> robot_;
+};
+
+}  // namespace majak::app

@@ -1,0 +1,26 @@
+# The page of majak view: built from viewer/ by npm's esbuild, carried in the program by draw/viewer_page.cpp. Without npm
+# everything else is built: reports draw their map as they can, and majak view says what is missing.
+option(MAJAK_VIEWER "Build the page of majak view (needs nodejs and npm)" ON)
+set(viewer ${CMAKE_SOURCE_DIR}/viewer)
+find_program(MAJAK_NODE NAMES node nodejs)
+find_program(MAJAK_NPM npm)
+if(MAJAK_VIEWER AND MAJAK_NODE AND MAJAK_NPM AND EXISTS ${viewer}/package-lock.json)
+  if(${viewer}/package-lock.json IS_NEWER_THAN ${viewer}/node_modules/.package-lock.json)
+    message(STATUS "npm fetches what the viewer is made of")
+    execute_process(COMMAND ${MAJAK_NPM} ci --silent --no-audit --no-fund WORKING_DIRECTORY ${viewer} RESULT_VARIABLE fetched)
+  else()
+    set(fetched 0)
+  endif()
+  if(fetched EQUAL 0)
+    file(GLOB_RECURSE viewer_sources CONFIGURE_DEPENDS ${viewer}/src/*)
+    set(viewer_files ${viewer}/dist/index.html ${viewer}/dist/viewer.js ${viewer}/dist/viewer.css)
+    add_custom_command(OUTPUT ${viewer_files} COMMAND ${MAJAK_NODE} build.mjs WORKING_DIRECTORY ${viewer}
+      DEPENDS ${viewer_sources} ${viewer}/build.mjs ${viewer}/package-lock.json COMMENT "The viewer's page")
+    set_source_files_properties(majak/draw/viewer_page.cpp PROPERTIES OBJECT_DEPENDS "${viewer_files}"
+      COMPILE_DEFINITIONS "MAJAK_VIEWER_FOLDER=\"${viewer}/dist\"")
+  else()
+    message(WARNING "npm could not fetch what the viewer is made of: majak view will not work")
+  endif()
+elseif(MAJAK_VIEWER)
+  message(WARNING "nodejs and npm are missing: majak view will not work")
+endif()
