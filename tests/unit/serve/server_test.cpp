@@ -355,7 +355,7 @@ TEST(Server, LargeValuesArriveWhole) {
 
 TEST(Server, ASlowClientCostsNothingAndHoldsUpNobody) {
   Served served;
-  Client slow(served.server.port(), 32768);
+  Client slow(served.server.port(), 262144);
   ASSERT_EQ(slow.open(), 101);
   Client quick = served.stream();
   EXPECT_EQ(quick.message().bytes, "<head>");
