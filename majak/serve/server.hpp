@@ -44,7 +44,8 @@ struct ServerOptions {
   std::size_t send_buffer =
       256 << 10;  ///< bytes that the system holds for a slow client: how old what it sees may be
   std::string content_security_policy =
-      "default-src 'self'; connect-src 'self'; img-src 'self' data: blob:; object-src 'none'; "
+      "default-src 'self'; style-src-attr 'unsafe-inline'; connect-src 'self'; img-src 'self' "
+      "data: blob:; object-src 'none'; "
       "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 };
 

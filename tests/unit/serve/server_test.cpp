@@ -100,7 +100,8 @@ TEST(Server, SaysWhatThePageMayDo) {
         "Referrer-Policy: no-referrer\r\n", "Cross-Origin-Resource-Policy: same-origin\r\n"})
     EXPECT_THAT(head, HasSubstr(line));
   EXPECT_EQ(head.find("Access-Control"), head.npos);
-  EXPECT_EQ(head.find("unsafe"), head.npos);
+  EXPECT_EQ(head.find("script-src"), head.npos);  // from here only, none inline
+  EXPECT_EQ(head.find("unsafe-eval"), head.npos);
 }
 
 TEST(Server, NothingElseIsServed) {
