@@ -383,7 +383,7 @@ TEST(Server, ASlowClientCostsNothingAndHoldsUpNobody) {
 
 TEST(Server, AClientThatTakesNothingIsClosed) {
   ServerOptions options;
-  options.stalled_seconds = 0.5;
+  options.stalled_seconds = 1;
   Served served(options);
   Client stalled(served.server.port(), 4096), idle = served.stream();
   ASSERT_EQ(stalled.open(), 101);
@@ -614,7 +614,7 @@ TEST(Server, TooManyCommandsAreRefusedThenTheConnectionEnds) {
   EXPECT_EQ(m.opcode, 8);
   EXPECT_EQ(m.code(), 1008);
   EXPECT_GE(good, 10);
-  EXPECT_LT(good, 20);
+  EXPECT_LT(good, 50);
   client.close();
   EXPECT_GT(refused, 0);  // those still on their way at the end are lost
   EXPECT_TRUE(served.unharmed());
