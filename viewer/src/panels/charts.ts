@@ -144,7 +144,7 @@ class Chart {
       {
         width, height: kHeight, legend: { show: false }, padding: [6, info.series.length > 1 ? 0 : 6, 2, 0],
         scales: { x: { time: false }, ...Object.fromEntries(info.series.map((_, i) => [`y${i}`, info.steps ? { range: [-0.15, 2.15] } : { range: (_u: uPlot, _min: number | null, max: number | null): [number, number] => [0, Math.max(max ?? 1, 1e-9) * 1.08] }])) } as uPlot.Scales,
-        axes: [{ size: 16, gap: 1, font, stroke: colour("--quiet"), ticks: { show: false }, grid: { show: false }, values: (_u, splits) => splits.map((at) => duration(at, 0)) }, ...info.series.map((one, i) => axis(`y${i}`, i === 0 ? 3 : 1, info.series.length > 1 ? colour(one.colour) : colour("--quiet")))],
+        axes: [{ size: 16, gap: 1, font, stroke: colour("--quiet"), ticks: { show: false }, grid: { show: false }, values: (_u, splits) => splits.map((at) => (at === 0 ? "" : duration(at, 0))) }, ...info.series.map((one, i) => axis(`y${i}`, i === 0 ? 3 : 1, info.series.length > 1 ? colour(one.colour) : colour("--quiet")))],
         series: [{}, ...info.series.map((one, i): uPlot.Series => ({ scale: `y${i}`, stroke: colour(one.colour), width: 1.2, points: { show: false }, ...(info.steps && uPlot.paths.stepped ? { paths: uPlot.paths.stepped({ align: 1 }) } : {}) }))],
         cursor: { y: false, drag: { x: true, y: false, setScale: false, dist: 6 }, points: { show: false } },
         hooks: {

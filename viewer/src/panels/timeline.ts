@@ -149,7 +149,7 @@ export class Timeline {
   private bins(width: number): [number, number, number][] {
     const { estimates } = this.session.model;
     const { axis } = this.session;
-    const wide = Math.max(1, Math.round(width / 2));
+    const wide = Math.max(1, Math.round(Math.min(width / 2, estimates.size / 4)));
     const coarse = Array.from({ length: wide }, (): [number, number, number] => [0, 0, 0]);
     for (let row = 0; row < estimates.size; ++row) {
       const x = Math.min(wide - 1, Math.floor((axis.place(estimates.time[row] ?? 0) / Math.max(axis.length, 1e-9)) * wide));

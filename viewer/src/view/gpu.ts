@@ -124,7 +124,7 @@ void main() {
   float half_ = 0.5 * uWidth + 0.5;
   vSide = (2.0 * aCorner.y - 1.0) * half_;
   vAlong = mix(-0.5, size + 0.5, aCorner.x);
-  vec2 p = mix(a, b, aCorner.x) + vec2(-along.y, along.x) * vSide + along * (aCorner.x - 0.5) * min(uWidth, 3.0) * 0.7;
+  vec2 p = mix(a, b, aCorner.x) + vec2(-along.y, along.x) * vSide + along * (aCorner.x - 0.5) * min(uWidth, 3.0) * 0.3;
   vColour = aColour;
   gl_Position = aTime > uNow ? vec4(2.0, 2.0, 2.0, 1.0) : vec4(p / uHalf, 0.0, 1.0);
 }`,

@@ -42,7 +42,7 @@ export const kLayers: readonly LayerInfo[] = [
   { id: "segments", label: "Walls as lines", swatch: "segment", on: false, has: ({ model }) => model.segments.length > 0 },
   { id: "points", label: "All returns", swatch: "points", on: false, has: ({ model }) => model.scans.count > 0 },
   { id: "edits", label: "Edits", swatch: "erase", on: true, has: ({ model }) => model.edits.edits.length > 0 },
-  { id: "grid", label: "Occupancy grid", swatch: "occupied", on: true, has: ({ model }) => model.map !== undefined },
+  { id: "grid", label: "Grid map", swatch: "occupied", on: true, has: ({ model }) => model.map !== undefined },
   { id: "raster", label: "Metre lines", swatch: "raster", on: true, has: always },
 ];
 
@@ -125,7 +125,7 @@ export class Layers {
     if (shown("odometry", versions.estimates)) this.lines.odometry.draw({ width: 1.6 }, now);
     if (shown("frontEnd", versions.estimates)) this.lines.frontEnd.draw({ width: 1.6 }, now);
     if (shown("truth", versions.truth)) this.lines.truth.draw({ width: 1.8 }, now);
-    if (shown("trail", versions.poses)) this.lines.trail.draw({ width: 2.2 }, now);
+    if (shown("trail", versions.poses)) this.lines.trail.draw({ width: 1.7 }, now, 0.9);
     if (shown("closures", versions.closures, versions.poses, session.closure)) this.lines.closures.draw({ width: 1.8 });
     if (session.closure >= 0) this.drawClosure();
     if (shown("landmarks", versions.landmarks)) {

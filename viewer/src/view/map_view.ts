@@ -4,6 +4,7 @@ import { RenderContainer, WebGLRenderer } from "pixi.js";
 import "pixi.js/unsafe-eval"; // PixiJS writes no code at run time: pages may forbid it
 import { element, setText } from "../dom.js";
 import type { Session } from "../session.js";
+import type { Grid } from "../stream/records.js";
 import { fixed } from "../text.js";
 import { Camera, roundLength } from "./camera.js";
 import { watch } from "./gestures.js";
@@ -13,6 +14,7 @@ import { ToolHand } from "./tools.js";
 
 const kNearPose = 14; // px
 const kFlight = 350; // ms
+const kWall = 60; // of 100
 
 export class MapView {
   readonly element = element("div", { class: "map" });
@@ -141,8 +143,8 @@ export class MapView {
   private contents(): [number, number, number, number] | undefined {
     const { map, estimates } = this.session.model;
     if (map) {
-      const known = knownCells(map);
-      if (known) return known;
+      const walls = wallsOf(map);
+      if (walls) return walls;
     }
     if (estimates.size === 0) return undefined;
     let box: [number, number, number, number] = [Infinity, Infinity, -Infinity, -Infinity];
@@ -217,19 +219,33 @@ export class MapView {
 
 const xy = (pose: readonly [number, number, number]): [number, number] => [pose[0], pose[1]];
 
-/// Box of the cells that are known, in m, for maps that are not turned.
-function knownCells(map: { width: number; height: number; resolution: number; origin: readonly [number, number, number]; data: Int8Array }): [number, number, number, number] | undefined {
-  let [left, right, low, high] = [map.width, -1, map.height, -1];
+/// Box in m around nearly all walls, for maps that are not turned: rays through a window do not count.
+function wallsOf(map: Grid): [number, number, number, number] | undefined {
+  const columns = new Uint32Array(map.width);
+  const rows = new Uint32Array(map.height);
+  let all = 0;
   for (let row = 0; row < map.height; ++row)
     for (let column = 0; column < map.width; ++column) {
-      if ((map.data[row * map.width + column] ?? -1) < 0) continue;
-      left = Math.min(left, column);
-      right = Math.max(right, column);
-      low = Math.min(low, row);
-      high = row;
+      if ((map.data[row * map.width + column] ?? -1) < kWall) continue;
+      columns[column] = (columns[column] ?? 0) + 1;
+      rows[row] = (rows[row] ?? 0) + 1;
+      ++all;
     }
-  if (right < 0) return undefined;
+  if (all === 0) return undefined;
+  const [left, right] = most(columns, all);
+  const [low, high] = most(rows, all);
   const [x, y] = map.origin;
   const r = map.resolution;
   return [x + r * left, y + r * low, x + r * (right + 1), y + r * (high + 1)];
+}
+
+/// First and last place with all but a two-thousandth on either side between them.
+function most(counts: Uint32Array, all: number): [number, number] {
+  const least = all / 2000;
+  const from = (places: number[]): number => {
+    let sum = 0;
+    return places.find((place) => (sum += counts[place] ?? 0) > least) ?? 0;
+  };
+  const places = Array.from(counts.keys());
+  return [from(places), from([...places].reverse())];
 }
