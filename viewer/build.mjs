@@ -23,11 +23,10 @@ async function page() {
   cpSync("src/index.html", "dist/index.html");
 }
 
-async function programs(from, to) {
-  const entries = readdirSync(from).filter((name) => name.endsWith(".ts")).map((name) => `${from}/${name}`);
-  await build({ entryPoints: entries, bundle: true, platform: "node", format: "esm", target: "node18", packages: "external", outdir: to, logLevel: "warning" });
+async function programs(entryPoints, to) {
+  await build({ entryPoints, bundle: true, platform: "node", format: "esm", target: "node18", external: ["ws", "playwright-core", "axe-core"], tsconfigRaw: {}, outdir: to, logLevel: "warning" });
 }
 
 if (!process.argv.includes("--tests")) await page();
-if (wants("--tests")) await programs("test", "build/test");
-if (wants("--all")) await programs("../tests/e2e", "build/e2e");
+if (wants("--tests")) await programs(readdirSync("test").filter((name) => name.endsWith(".ts")).map((name) => `test/${name}`), "build/test");
+if (wants("--all")) await programs(["../tests/e2e/run.ts"], "build/e2e");

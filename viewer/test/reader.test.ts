@@ -45,7 +45,7 @@ function read(pieces: Uint8Array[]): Message[] {
 }
 
 test("an MCAP message by hand", () => {
-  const channel = "04 1900000000000000 0100 0000 06000000 2f7363616e31 03000000 636472 04000000 00000000";
+  const channel = "04 1900000000000000 0100 0000 06000000 2f7363616e31 03000000 636472 00000000";
   const message = "05 1700000000000000 0100 05000000 0200000000000000 0300000000000000 ff";
   const [one] = read([hex(`89 4d 43 41 50 30 0d 0a ${channel} ${message}`)]);
   assert.deepEqual({ ...one, data: [...(one?.data ?? [])] }, { topic: "/scan1", encoding: "cdr", sequence: 5, logTime: 2n, data: [255] });

@@ -5,7 +5,7 @@ import { test } from "node:test";
 import { thinMinMax } from "../src/stream/thin.js";
 import { TimeAxis } from "../src/stream/time_axis.js";
 import { Camera, roundLength } from "../src/view/camera.js";
-import { levelFor, visible } from "../src/view/point_tiles.js";
+import { levelFor, visible } from "../src/view/squares.js";
 import { area2, triangulate, type Point } from "../src/view/triangulate.js";
 import { count, duration, fixed } from "../src/text.js";
 

@@ -3,16 +3,11 @@
 // the zoom asks for when it first comes into view. So a frame costs some pictures, however many returns there are.
 import type { Camera } from "./camera.js";
 import { type Colour, Picture, type Stage } from "./gpu.js";
+import { kFinest, levelFor, visible } from "./squares.js";
 
 const kTile = 512; // cells a side
-const kFinest = 0.01; // m a cell
 const kMostPictures = 72;
 const kPicturesAFrame = 3;
-
-/// Fineness 0: 1 cm a cell, each next one twice as coarse.
-export function levelFor(scale: number): number {
-  return Math.max(0, Math.floor(Math.log2(1 / (scale * kFinest))));
-}
 
 export class PointTiles {
   private xy: Float32Array = new Float32Array(0);
@@ -130,14 +125,3 @@ export class PointTiles {
 }
 
 const key = (i: number, j: number): number => (i + 1_000_000) * 4_000_000 + (j + 1_000_000);
-
-/// Squares that the view shows.
-export function visible(camera: Camera, side: number): [number, number][] {
-  const corners = [camera.toMetres(0, 0), camera.toMetres(camera.width, 0), camera.toMetres(0, camera.height), camera.toMetres(camera.width, camera.height)];
-  const xs = corners.map((corner) => corner[0]);
-  const ys = corners.map((corner) => corner[1]);
-  const out: [number, number][] = [];
-  for (let i = Math.floor(Math.min(...xs) / side); i <= Math.floor(Math.max(...xs) / side); ++i)
-    for (let j = Math.floor(Math.min(...ys) / side); j <= Math.floor(Math.max(...ys) / side); ++j) out.push([i, j]);
-  return out;
-}
