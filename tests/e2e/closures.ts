@@ -6,10 +6,14 @@ topic("closures: sort, look at both scans, switch off, undo", async (page) => {
   await openTab(page, "Closures");
   const rows = page.locator("tbody tr");
   const scores = async (): Promise<number[]> => (await rows.locator("td:nth-child(3)").allTextContents()).map(Number);
-  await page.getByRole("button", { name: "score" }).click();
+  const sortByScore = async (): Promise<void> => {
+    await page.getByRole("button", { name: "score" }).click();
+    await settled(page);
+  };
+  await sortByScore();
   const falling = await scores();
   assert.deepEqual(falling, [...falling].sort((a, b) => b - a));
-  await page.getByRole("button", { name: "score" }).click();
+  await sortByScore();
   const rising = await scores();
   assert.deepEqual(rising, [...rising].sort((a, b) => a - b));
 

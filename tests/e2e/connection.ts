@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from "node:assert/strict";
-import { StreamWriter, estimate, kBegin, runRecord, scanAt, stampOf, way } from "../../viewer/test/stream.js";
+import { StreamWriter, estimate, runRecord, scanAt, way } from "../../viewer/test/stream.js";
 import { count, loaded, openTab, ownTopic } from "./harness.js";
 
 ownTopic("a broken connection is told, tried again, and unconfirmed commands are not sent twice", async (page, server) => {
@@ -45,5 +45,4 @@ ownTopic("live: the time sticks to the newest scan until it is moved, and again 
   assert.equal(await row(), held);
   await page.getByRole("button", { name: "Live" }).click();
   await page.waitForFunction((wanted) => window.majak!.session.row() === wanted, n + 5);
-  assert.ok(stampOf(0) === kBegin);
-});
+}, {});

@@ -111,7 +111,7 @@ export const pixelOf = (page: Page, x: number, y: number): Promise<[number, numb
 export async function middle(page: Page, dx = 0, dy = 0): Promise<[number, number]> {
   const box = await page.locator(".map-canvas").boundingBox();
   assert.ok(box);
-  return [box.x + box.width / 2 + dx, box.y + box.height / 2 + dy];
+  return [Math.round(box.x + box.width / 2 + dx), Math.round(box.y + box.height / 2 + dy)]; // the mouse knows whole pixels only
 }
 
 export async function drag(page: Page, from: readonly [number, number], to: readonly [number, number], button: "left" | "right" = "left"): Promise<void> {
@@ -133,25 +133,40 @@ export async function lastCommand(page: Page): Promise<{ do: string; fate: strin
 
 export const openTab = (page: Page, name: string): Promise<void> => page.getByRole("tab", { name }).click();
 
-/// A topic: one page for all its steps, closed at the end.
-export function topic(name: string, steps: (page: Page) => Promise<void>, options: OpenOptions = {}): void {
+let shared: Page | undefined;
+let errors: string[] = [];
+
+/// The page that topics share, as it was when it was opened: opening one takes seconds without a graphics card.
+async function sharedPage(): Promise<Page> {
+  if (shared) {
+    await shared.evaluate(() => window.majak!.reset());
+    await settled(shared);
+    return shared;
+  }
+  shared = await open();
+  shared.on("pageerror", (error) => errors.push(error.message));
+  return shared;
+}
+
+/// A topic on the shared page, or with options of its own on one of its own. After a failure the next gets a new page.
+export function topic(name: string, steps: (page: Page) => Promise<void>, options?: OpenOptions): void {
   test(name, async () => {
-    const page = await open(options);
-    const errors: string[] = [];
-    page.on("pageerror", (error) => errors.push(error.message));
+    errors = [];
+    const page = options ? await open(options) : await sharedPage();
     try {
       await steps(page);
       assert.deepEqual(errors, []);
     } catch (error) {
       if (process.env["SHOTS"] && existsSync(process.env["SHOTS"])) await page.screenshot({ path: join(process.env["SHOTS"], `${name.replace(/\W+/g, "_")}.png`) });
-      throw error;
-    } finally {
+      if (page === shared) shared = undefined;
       await page.close();
+      throw error;
     }
+    if (page !== shared) await page.close();
   });
 }
 
 /// A topic that needs the tests' own server.
-export function ownTopic(name: string, steps: (page: Page, server: TestServer) => Promise<void>): void {
-  if (!address) topic(name, async (page) => steps(page, await ownServer()));
+export function ownTopic(name: string, steps: (page: Page, server: TestServer) => Promise<void>, options?: OpenOptions): void {
+  if (!address) topic(name, async (page) => steps(page, await ownServer()), options);
 }

@@ -10,6 +10,7 @@ topic("drag moves, wheel zooms where the pointer is, shift and drag turns, keys 
   assert.ok(Math.abs(moved.x - (start.x - 80 / start.scale)) < 0.05 && Math.abs(moved.y - (start.y + 40 / start.scale)) < 0.05);
 
   const [px, py] = await middle(page, 60, -30);
+  await settled(page);
   const under = (): Promise<[number, number]> => page.evaluate(([x, y]) => {
     const box = document.querySelector(".map-canvas")!.getBoundingClientRect();
     return window.majak!.map.camera.toMetres(x - box.left, y - box.top);
@@ -19,7 +20,7 @@ topic("drag moves, wheel zooms where the pointer is, shift and drag turns, keys 
   await page.mouse.wheel(0, -300);
   await page.waitForFunction((scale) => window.majak!.map.camera.scale > scale * 1.3, moved.scale);
   const after = await under();
-  assert.ok(Math.hypot(after[0] - before[0], after[1] - before[1]) < 1e-6);
+  assert.ok(Math.hypot(after[0] - before[0], after[1] - before[1]) < 1e-6, `${after.join(" ")} against ${before.join(" ")}`);
 
   await page.keyboard.down("Shift");
   await drag(page, await middle(page), await middle(page, 100, 0));

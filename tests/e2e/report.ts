@@ -5,7 +5,7 @@ import { join } from "node:path";
 import { test } from "node:test";
 import { gzipSync } from "node:zlib";
 import { roomsStream } from "../../viewer/test/stream.js";
-import { address, count, open, openTab, picture, shots } from "./harness.js";
+import { address, count, loaded, open, openTab, picture, shots } from "./harness.js";
 
 const kReport = (css: string, js: string, data: string): string => `<!doctype html><html lang="en"><head><meta charset="utf-8"><title>report</title><style>${css}</style></head>
 <body><h1>Report</h1><div id="here" style="height:560px"></div><h2>Below</h2><p>text</p>
@@ -22,8 +22,9 @@ if (!address)
     page.on("request", (request) => asked.push(request.url()));
     page.on("websocket", (socket) => asked.push(socket.url()));
     await page.reload();
-    await page.waitForFunction(() => (window.majak?.counts()["frames"] ?? 0) > 0);
-    assert.ok((await picture(page)).length > 3000);
+    await loaded(page);
+    const bytes = (await picture(page)).length;
+    assert.ok(bytes > 3000, `a picture of ${bytes} bytes`);
     assert.ok((await count(page, "scans")) > 400);
     assert.deepEqual(asked.filter((url) => !url.startsWith("file:") && !url.startsWith("data:")), []);
     assert.equal(await page.locator(".pill").textContent(), "report");

@@ -24,6 +24,7 @@ topic("time: step, play, pause, speed, loop, slider, all layers follow", async (
   assert.ok((await row(page)) > 0);
   await page.keyboard.press("End");
   assert.equal(await row(page), size - 1);
+  await settled(page);
   assert.equal(await slider.getAttribute("aria-valuenow"), await slider.getAttribute("aria-valuemax"));
 
   await page.keyboard.press("Home");

@@ -21,6 +21,8 @@ export interface Viewer {
   hooks: Hooks;
 }
 
+const kWordsEvery = 100; // ms
+
 /// The page in `place`, which gives the size. Without data in the document it connects to the server it came from.
 export async function mount(place: HTMLElement): Promise<Viewer> {
   let source: Source | undefined;
@@ -82,14 +84,24 @@ export async function mount(place: HTMLElement): Promise<Viewer> {
     });
   }
 
-  const hooks = makeHooks(session, map);
+  const hooks = makeHooks(session, map, () => {
+    side.show(0);
+    charts.zoom(undefined);
+  });
   let last = performance.now();
+  let wordsAt = 0;
   const loop = (now: number): void => {
     session.advance(Math.min(0.5, (now - last) / 1000));
     last = now;
     setAttribute(root, "data-theme", session.night ? "night" : "day");
     const painted = map.frame();
-    for (const part of [head, tools, layers, timeline, charts, side]) part.frame();
+    timeline.follow();
+    charts.follow();
+    // Words are laid out and painted anew: ten times a second while time runs, at once when a person does something.
+    if (now - wordsAt > kWordsEvery || !(session.playing || session.live)) {
+      wordsAt = now;
+      for (const part of [head, tools, layers, timeline, charts, side]) part.frame();
+    }
     hooks.frame(now, painted);
     requestAnimationFrame(loop);
   };

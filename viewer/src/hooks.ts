@@ -11,12 +11,13 @@ export interface Hooks {
   fps(): number; ///< of the last 60 frames of the page's loop
   latency(): number; ///< ms: median from a live scan's stamp to the frame that shows it; NaN: none seen
   resetLatency(): void;
+  reset(): void; ///< everything that a person may have changed on the page, as at the start
 }
 
 const kFrames = 60;
 const kLatencies = 1000;
 
-export function makeHooks(session: Session, map: MapView): Hooks {
+export function makeHooks(session: Session, map: MapView, resetPanels: () => void): Hooks {
   const times: number[] = [];
   let latencies: number[] = [];
   let newest = -1;
@@ -50,6 +51,14 @@ export function makeHooks(session: Session, map: MapView): Hooks {
     },
     resetLatency() {
       latencies = [];
+    },
+    reset() {
+      session.reset();
+      map.hand.reset();
+      map.layers.reset();
+      map.camera.rotation = 0;
+      map.fit();
+      resetPanels();
     },
   };
 }

@@ -29,6 +29,13 @@ export class Session {
 
   constructor(readonly commands: Commands) {}
 
+  /// As at the start, at the end of what there is.
+  reset(): void {
+    Object.assign(this, { playing: false, speed: 10, loop: false, live: false, follow: false, selected: -1, closure: -1, tool: "look", night: false });
+    this.goToRow(this.model.estimates.size - 1);
+    this.touch();
+  }
+
   touch(): void {
     ++this.version;
   }

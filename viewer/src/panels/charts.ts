@@ -92,9 +92,15 @@ class Chart {
     if (!plot) return;
     const row = session.row();
     setText(this.figure, row < 0 ? "" : this.info.series.map((one) => this.text(one, one.value(session, row))).join("  "));
-    const at = plot.valToPos(session.axis.place(session.time), "x");
-    this.now.style.transform = `translateX(${at.toFixed(1)}px)`;
-    this.now.hidden = !(at >= 0 && at <= plot.over.clientWidth);
+  }
+
+  /// The line of the present time, in every frame.
+  follow(): void {
+    if (!this.plot) return;
+    const at = this.plot.valToPos(this.session.axis.place(this.session.time), "x");
+    const shown = at >= -1 && at <= this.plot.bbox.width / devicePixelRatio + 1;
+    const to = `translateX(${(shown ? at : -10000).toFixed(1)}px)`;
+    if (this.now.style.transform !== to) this.now.style.transform = to;
   }
 
   private text(one: Series, value: number): string {
@@ -178,8 +184,19 @@ export class Charts {
   private drawnAt = 0;
 
   constructor(private readonly session: Session) {
-    this.charts = kCharts.map((info) => new Chart(session, info, (range) => (this.range = range)));
+    this.charts = kCharts.map((info) => new Chart(session, info, (range) => this.zoom(range)));
     this.element.append(...this.charts.map((chart) => chart.element));
+  }
+
+  /// Places on the axis of time, undefined: all.
+  zoom(range: [number, number] | undefined): void {
+    this.range = range;
+    this.drawnAt = 0;
+  }
+
+  follow(): void {
+    if (this.element.hidden) return;
+    for (const chart of this.charts) if (!chart.element.hidden) chart.follow();
   }
 
   frame(): void {

@@ -27,6 +27,7 @@ export class Timeline {
   private readonly speed = element("select", { "aria-label": "Speed" });
   private readonly clock = element("output", { class: "clock", "aria-label": "Present time" });
   private drawn = "";
+  private width = 0; ///< px of the strip
 
   constructor(private readonly session: Session) {
     for (const speed of kSpeeds) this.speed.append(element("option", { value: String(speed) }, `${speed}\u00d7`));
@@ -85,13 +86,19 @@ export class Timeline {
     event.preventDefault();
   }
 
+  /// The cursor alone, in every frame.
+  follow(): void {
+    const { axis, time } = this.session;
+    const part = axis.length > 0 ? axis.place(time) / axis.length : 0;
+    const to = `translateX(${(part * this.width).toFixed(1)}px)`;
+    if (this.cursor.style.transform !== to) this.cursor.style.transform = to;
+  }
+
   frame(): void {
     const { session } = this;
     const { axis } = session;
     this.drawStrip();
     const place = axis.place(session.time);
-    const part = axis.length > 0 ? place / axis.length : 0;
-    this.cursor.style.left = `${100 * part}%`;
     const row = session.row();
     const { estimates } = session.model;
     const text = `${duration(place)} of ${duration(axis.length)}`;
@@ -120,6 +127,7 @@ export class Timeline {
     const { session } = this;
     const { model, axis } = session;
     const box = this.canvas.getBoundingClientRect();
+    this.width = box.width;
     const key = [model.versions.estimates, box.width, box.height, session.night].join(" ");
     if (key === this.drawn || box.width < 1) return;
     this.drawn = key;

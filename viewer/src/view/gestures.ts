@@ -19,6 +19,7 @@ export function watch(target: HTMLElement, camera: Camera, hand: Hand): void {
   let mode: "none" | "pan" | "rotate" | "stroke" | "pinch" = "none";
   let begin: [number, number] = [0, 0];
   let lastClick = 0;
+  let lastPlace: [number, number] = [0, 0];
   let dragged = false;
 
   const place = (event: MouseEvent): [number, number] => {
@@ -75,8 +76,10 @@ export function watch(target: HTMLElement, camera: Camera, hand: Hand): void {
     if (mode === "stroke") hand.stroke(event.type === "pointercancel" ? "cancel" : "end", ...at);
     else if (!dragged && event.type === "pointerup" && event.button === 0) {
       const now = performance.now();
-      hand.click(...at, now - lastClick < kDouble);
+      const near = Math.hypot(at[0] - lastPlace[0], at[1] - lastPlace[1]) < kClick;
+      hand.click(...at, near && now - lastClick < kDouble);
       lastClick = now;
+      lastPlace = at;
     }
     if (fingers.size === 0) mode = "none";
   };

@@ -309,8 +309,9 @@ export class Picture {
   private readonly style = new UniformGroup({ uLow: { value: new Float32Array(4), type: "vec4<f32>" }, uHigh: { value: new Float32Array(4), type: "vec4<f32>" } });
 
   /// Corners in m: lower left, lower right, upper left, upper right; row 0 of the cells is the lowest; `width` even.
-  constructor(private readonly stage: Stage, cells: Uint8Array, width: number, height: number, corners: readonly number[]) {
-    this.source = new BufferImageSource({ resource: cells, width, height, format: "rg8unorm", autoGenerateMipmaps: true, magFilter: "nearest", minFilter: "linear", mipmapFilter: "linear", alphaMode: "no-premultiply-alpha" });
+  /// `manyScales`: it is also looked at from so far that many cells are one pixel.
+  constructor(private readonly stage: Stage, cells: Uint8Array, width: number, height: number, corners: readonly number[], manyScales: boolean) {
+    this.source = new BufferImageSource({ resource: cells, width, height, format: "rg8unorm", autoGenerateMipmaps: manyScales, magFilter: "nearest", minFilter: "linear", mipmapFilter: "nearest", alphaMode: "no-premultiply-alpha" });
     this.geometry = new Geometry({
       attributes: { aPosition: { buffer: new Buffer({ data: new Float32Array(corners), usage: BufferUsage.VERTEX }), format: "float32x2" }, aUv: { buffer: new Buffer({ data: new Float32Array([0, 0, 1, 0, 0, 1, 1, 1]), usage: BufferUsage.VERTEX }), format: "float32x2" } },
       indexBuffer: new Uint32Array([0, 1, 2, 2, 1, 3]),

@@ -8,6 +8,7 @@ import { type Camera, roundLength } from "./camera.js";
 import { Dots, Lines, Picture, type Stage, Triangles, colour, packed } from "./gpu.js";
 import { type Palette, kDay, kNight } from "./palette.js";
 import { PointTiles } from "./point_tiles.js";
+import { fewerPoses } from "./simplify.js";
 import { triangulate } from "./triangulate.js";
 
 export type LayerId = "raster" | "grid" | "points" | "segments" | "truth" | "odometry" | "frontEnd" | "trail" | "graph" | "closures" | "landmarks" | "covariance" | "particles" | "hypotheses" | "edits" | "scan";
@@ -48,7 +49,10 @@ export const kLayers: readonly LayerInfo[] = [
 
 const kSigmas = 3; ///< ellipses are drawn so many sigmas wide
 const kLongestPicture = 2048; // cells
-const kShortestStep = 0.02; // m between drawn poses
+const kBend = 0.4; // px that a drawn path may be beside the true one
+const kLongestStep = 24; // px of a path drawn in one piece
+
+const two = (values: Float64Array, row: number): [number, number] => [values[3 * row] ?? 0, values[3 * row + 1] ?? 0];
 
 /// Calls `make` when its key is another one than last time.
 function memo(make: () => void): (key: string) => void {
@@ -66,18 +70,20 @@ export class Layers {
   palette: Palette = kDay;
   scanDrawn = -1; ///< number of the scan in the last frame
   private pictures: Picture[] = [];
-  private readonly lines: Record<"raster" | "trail" | "odometry" | "frontEnd" | "truth" | "graph" | "closures" | "segments" | "ellipses" | "closure" | "hypotheses" | "landmarks" | "edits" | "draft", Lines>;
+  private readonly lines: Record<"raster" | "trail" | "trailEnd" | "odometry" | "frontEnd" | "truth" | "graph" | "closures" | "segments" | "ellipses" | "closure" | "hypotheses" | "landmarks" | "edits" | "draft", Lines>;
   private readonly dots: Record<"scan" | "match" | "particles" | "landmarks", Dots>;
   private readonly robot: Triangles;
   private readonly areas: Triangles;
   private readonly make: Record<string, (key: string) => void>;
   private buffer = new Float32Array(4096);
+  private pixel = 0.01; ///< m that a pixel of the screen is long, to a power of two: paths are as fine as that
+  private trailEnds: { time: number; x: number; y: number }[] = []; ///< where the pieces of the trail end
 
   constructor(private readonly stage: Stage, private readonly session: Session) {
     const lines = (): Lines => new Lines(stage);
     const dots = (): Dots => new Dots(stage);
     this.points = new PointTiles(stage);
-    this.lines = { raster: lines(), trail: lines(), odometry: lines(), frontEnd: lines(), truth: lines(), graph: lines(), closures: lines(), segments: lines(), ellipses: lines(), closure: lines(), hypotheses: lines(), landmarks: lines(), edits: lines(), draft: lines() };
+    this.lines = { raster: lines(), trail: lines(), trailEnd: lines(), odometry: lines(), frontEnd: lines(), truth: lines(), graph: lines(), closures: lines(), segments: lines(), ellipses: lines(), closure: lines(), hypotheses: lines(), landmarks: lines(), edits: lines(), draft: lines() };
     this.dots = { scan: dots(), match: dots(), particles: dots(), landmarks: dots() };
     this.robot = new Triangles(stage);
     this.areas = new Triangles(stage);
@@ -98,6 +104,11 @@ export class Layers {
     };
   }
 
+  /// Eyes as at the start.
+  reset(): void {
+    for (const { id, on } of kLayers) this.on.set(id, on);
+  }
+
   /// Lines of the tool in the hand, filled by who holds it.
   get draft(): Lines {
     return this.lines.draft;
@@ -116,16 +127,18 @@ export class Layers {
       this.make[id]?.(`${theme}${parts.join("/")}`);
       return true;
     };
+    this.pixel = 2 ** Math.floor(Math.log2(1 / camera.scale));
     let more = false;
     if (shown("grid", versions.map)) for (const picture of this.pictures) picture.draw(colour(p.free), colour(p.occupied));
     if (shown("raster")) this.drawRaster(camera);
     if (shown("points", versions.poses, versions.scans, versions.run)) more = this.points.draw(camera, colour(p.points), colour(p.pointsMany));
     if (shown("segments", versions.segments)) this.lines.segments.draw({ width: 2.5 });
     if (shown("graph", versions.graph, versions.poses)) this.lines.graph.draw({ width: 1.2 }, 1e30, 0.55);
-    if (shown("odometry", versions.estimates)) this.lines.odometry.draw({ width: 1.6 }, now);
-    if (shown("frontEnd", versions.estimates)) this.lines.frontEnd.draw({ width: 1.6 }, now);
-    if (shown("truth", versions.truth)) this.lines.truth.draw({ width: 1.8 }, now);
-    if (shown("trail", versions.poses)) this.lines.trail.draw({ width: 1.7 }, now, 0.9);
+    if (shown("odometry", versions.estimates, this.pixel)) this.lines.odometry.draw({ width: 1.6 }, now);
+    if (shown("frontEnd", versions.estimates, this.pixel)) this.lines.frontEnd.draw({ width: 1.6 }, now);
+    if (shown("truth", versions.truth, this.pixel)) this.lines.truth.draw({ width: 1.8 }, now);
+    if (shown("trail", versions.poses, this.pixel)) this.lines.trail.draw({ width: 1.7 }, now, 0.9);
+    if (this.on.get("trail")) this.drawTrailEnd(now);
     if (shown("closures", versions.closures, versions.poses, session.closure)) this.lines.closures.draw({ width: 1.8 });
     if (session.closure >= 0) this.drawClosure();
     if (shown("landmarks", versions.landmarks)) {
@@ -269,7 +282,7 @@ export class Layers {
         cells[2 * (row * even + column) + 1] = 255;
       }
     const corner = (i: number, j: number): number[] => compose(map.origin, [i * map.resolution, j * map.resolution, 0]).slice(0, 2);
-    return new Picture(this.stage, cells, even, height, [...corner(x, y), ...corner(x + even, y), ...corner(x, y + height), ...corner(x + even, y + height)]);
+    return new Picture(this.stage, cells, even, height, [...corner(x, y), ...corner(x + even, y), ...corner(x, y + height), ...corner(x + even, y + height)], true);
   }
 
   private makePoints(): void {
@@ -306,46 +319,53 @@ export class Layers {
     const { estimates } = this.session.model;
     const p = this.palette;
     const rgba = [p.trail, p.degraded, p.lost].map((hex) => packed(colour(hex)));
-    this.path(this.lines.trail, estimates.poses, (row) => rgba[estimates.health[row] ?? 0] ?? 0);
+    this.trailEnds = [];
+    this.path(this.lines.trail, estimates.poses, estimates.time, estimates.size, (row) => rgba[estimates.health[row] ?? 0] ?? 0, this.trailEnds);
   }
 
   private makePath(lines: Lines, poses: Float64Array, hex: string): void {
-    const rgba = packed(colour(hex));
-    this.path(lines, poses, () => rgba);
-  }
-
-  private path(lines: Lines, poses: Float64Array, rgba: (row: number) => number): void {
     const { estimates } = this.session.model;
-    const epoch = this.session.epoch();
-    lines.clear();
-    let last = -1;
-    for (let row = 0; row < estimates.size; ++row) {
-      const [x, y] = three(poses, row);
-      if (!Number.isFinite(x)) continue;
-      if (last >= 0) {
-        const [fromX, fromY] = three(poses, last);
-        if (Math.hypot(x - fromX, y - fromY) < kShortestStep) continue;
-        lines.add(fromX, fromY, x, y, rgba(row), (estimates.time[row] ?? 0) - epoch);
-      }
-      last = row;
-    }
+    const rgba = packed(colour(hex));
+    this.path(lines, poses, estimates.time, estimates.size, () => rgba);
   }
 
   private makeTruth(): void {
     const { truth } = this.session.model;
-    const lines = this.lines.truth;
-    lines.clear();
-    if (!truth) return;
     const rgba = packed(colour(this.palette.truth));
+    if (truth) this.path(this.lines.truth, truth.poses, truth.times, truth.times.length, () => rgba);
+    else this.lines.truth.clear();
+  }
+
+  private path(lines: Lines, poses: Float64Array, times: Float64Array, size: number, rgba: (row: number) => number, ends: { time: number; x: number; y: number }[] = []): void {
     const epoch = this.session.epoch();
-    let last = 0;
-    for (let i = 1; i < truth.times.length; ++i) {
-      const [x, y] = three(truth.poses, i);
-      const [fromX, fromY] = three(truth.poses, last);
-      if (Math.hypot(x - fromX, y - fromY) < kShortestStep) continue;
-      lines.add(fromX, fromY, x, y, rgba, (truth.times[i] ?? 0) - epoch);
-      last = i;
+    lines.clear();
+    let last = -1;
+    for (const row of fewerPoses(poses, size, kBend * this.pixel, kLongestStep * this.pixel, rgba)) {
+      const [x, y] = three(poses, row);
+      const time = (times[row] ?? 0) - epoch;
+      if (last >= 0) lines.add(...two(poses, last), x, y, rgba(row), time);
+      ends.push({ time, x, y });
+      last = row;
     }
+  }
+
+  /// From the last whole piece of the trail to the robot.
+  private drawTrailEnd(now: number): void {
+    const { session, trailEnds } = this;
+    const row = session.row();
+    let low = 0;
+    let high = trailEnds.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if ((trailEnds[middle]?.time ?? 0) <= now) low = middle + 1;
+      else high = middle;
+    }
+    const end = trailEnds[low - 1];
+    if (!end || row < 0) return;
+    const lines = this.lines.trailEnd;
+    lines.clear();
+    lines.add(end.x, end.y, ...two(session.model.estimates.poses, row), packed(colour(this.palette.trail)));
+    lines.draw({ width: 1.7 }, 1e30, 0.9);
   }
 
   private between(lines: Lines, from: number, to: number, rgba: number): void {

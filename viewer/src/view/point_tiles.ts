@@ -81,7 +81,7 @@ export class PointTiles {
       cells[at + 1] = now;
     }
     const [x0, y0, x1, y1] = [i * side, j * side, (i + 1) * side, (j + 1) * side];
-    return new Picture(this.stage, cells, kTile, kTile, [x0, y0, x1, y0, x0, y1, x1, y1]);
+    return new Picture(this.stage, cells, kTile, kTile, [x0, y0, x1, y0, x0, y1, x1, y1], false);
   }
 
   /// Points by square, by counting.
