@@ -125,6 +125,7 @@ void run_edit(const EditCommand& o) {
   const fs::path file = fs::is_directory(o.run) ? fs::path(o.run) / "site.majak" : fs::path(o.run);
   Site site = io::read_site_to_edit(file);
   const std::vector<Edit> before = site.edits;
+  const double turned_before = map::turn_of(site);
   const auto off_before = switched_off(site);
   apply(o, site);
   if (site.edits != before) {
@@ -135,7 +136,9 @@ void run_edit(const EditCommand& o) {
                                {o.threads > 0 ? o.threads : hardware});
     }
     Stopwatch stopwatch;
-    write_results(fs::absolute(file).parent_path(), site, options.grid, stopwatch);
+    const fs::path folder = fs::absolute(file).parent_path();
+    write_results(folder, site, options.grid, stopwatch);
+    turn_labels(folder, angle_diff(map::turn_of(site), turned_before));
   } else if (!o.list && !o.closures) {
     throw Error("nothing to do; majak edit --help lists what can be corrected");
   }

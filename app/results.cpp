@@ -3,6 +3,9 @@
 
 #include <fmt/core.h>
 
+#include <optional>
+
+#include "app/named_rooms.hpp"
 #include "app/progress.hpp"
 #include "app/write_figure.hpp"
 #include "majak/draw/report.hpp"
@@ -12,6 +15,7 @@
 #include "majak/io/options_file.hpp"
 #include "majak/io/site_file.hpp"
 #include "majak/io/site_graph.hpp"
+#include "majak/io/topology_files.hpp"
 #include "majak/io/tum.hpp"
 #include "majak/map/edits.hpp"
 
@@ -36,10 +40,24 @@ void Stopwatch::lap(const char* stage) {
   last_ = now;
 }
 
+void turn_labels(const std::filesystem::path& folder, double by) {
+  const std::filesystem::path path = labels_path(folder);
+  std::vector<map::RoomLabel> labels = io::read_labels(path);
+  if (by == 0 || labels.empty()) return;
+  const Pose2 T{0, 0, by};
+  for (map::RoomLabel& label : labels) {
+    label.at = T * label.at;
+    for (Vec2& p : label.outline) p = T * p;
+  }
+  io::write_labels(path, labels);
+}
+
 Results write_results(const std::filesystem::path& folder, const Site& kept,
                       const map::OccupancyGridOptions& grid_options, Stopwatch& stopwatch) {
   make_folder(folder);
-  const Site site = map::with_edits(kept);
+  const std::optional<Site> edited =
+      kept.edits.empty() ? std::nullopt : std::optional(map::with_edits(kept));
+  const Site& site = edited ? *edited : kept;
   Results results;
   results.slips = motion::find_slips(site);
   motion::sort_by_size(results.slips);

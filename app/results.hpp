@@ -36,6 +36,10 @@ class Stopwatch {
   std::vector<io::NamedFigure> laps_;
 };
 
+/// Names of rooms are kept in the map's frame: they go along when it is turned `by` so much more,
+/// rad. Throws Error.
+void turn_labels(const std::filesystem::path& folder, double by);
+
 struct Results {
   std::string summary;                   ///< summary.json
   std::vector<motion::SlipEvent> slips;  ///< biggest first

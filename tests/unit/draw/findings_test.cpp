@@ -121,5 +121,17 @@ TEST(VerdictInWords, FollowsTheHealth) {
   EXPECT_THAT(verdict, HasSubstr("0.25 m"));
 }
 
+TEST(EditsInWords, CountThemByKind) {
+  Site site;
+  EXPECT_EQ(edits_in_words(site), "");
+  site.scans.resize(2);
+  site.edits.resize(3);
+  site.edits[1].kind = EditKind::turn;
+  EXPECT_EQ(edits_in_words(site), "3 edits by hand: 2 erased areas, 1 turn.");
+  EXPECT_THAT(verdict_in_words(site, {.scans = 2}), HasSubstr("3 edits by hand"));
+  site.edits = {Edit{.kind = EditKind::closure_off}};
+  EXPECT_EQ(edits_in_words(site), "1 edit by hand: 1 closure switched off.");
+}
+
 }  // namespace
 }  // namespace majak::draw

@@ -10,10 +10,13 @@
 
 #include "majak/core/error.hpp"
 #include "majak/core/random.hpp"
+#include "majak/io/known_map_files.hpp"
+#include "majak/map/edits.hpp"
 
 namespace majak::io {
 namespace {
 
+namespace fs = std::filesystem;
 using map::OccupancyGrid;
 
 /// '#' occupied, '.' free, '?' seen but undecided, ' ' unknown; the first line is the highest row,
@@ -186,6 +189,36 @@ TEST(MapFiles, AreWrittenIntoTheFolder) {
   }
   std::filesystem::remove_all(folder);
   EXPECT_THROW(write_map_files(folder, OccupancyGrid(1)), Error);
+}
+
+TEST(KeepoutFiles, AreBlackInTheZonesAndGoWithThem) {
+  const fs::path folder = fs::path(testing::TempDir()) / "majak_keepout";
+  fs::create_directories(folder);
+  const OccupancyGrid grid = grid_from({"....", ".##.", "...."}, -2, -1, 0.5);
+  Site site;
+  site.scans.resize(1);
+  site.scans[0].estimate.T_map_robot = {0.2, 0.1, 0.4};
+  const std::vector<Vec2> zone = {{0.01, 0.01}, {0.49, 0.01}, {0.49, 0.49}, {0.01, 0.49}};
+  map::add_edit(site, map::anchored(site, EditKind::forbidden, zone));
+  write_keepout_files(folder, grid, site);
+  const MapFrame frame = frame_of(grid);
+  std::ifstream in(folder / "keepout.pgm", std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  const Image mask = decode_pgm(bytes, "keepout.pgm");
+  ASSERT_EQ(mask.width, frame.width);
+  ASSERT_EQ(mask.height, frame.height);
+  for (int y = 0; y < mask.height; ++y)
+    for (int x = 0; x < mask.width; ++x) {
+      const bool in_zone = x == 0 - frame.box.x0 && mask.height - 1 - y == 0 - frame.box.y0;
+      EXPECT_EQ(mask.row(y)[x], in_zone ? 0 : 254) << x << " " << y;
+    }
+  std::ifstream yaml(folder / "keepout.yaml");
+  const std::string text{std::istreambuf_iterator<char>(yaml), {}};
+  EXPECT_EQ(text, map_yaml(frame, "keepout.pgm"));
+  map::undo_edit(site);
+  write_keepout_files(folder, grid, site);
+  EXPECT_TRUE(fs::is_empty(folder));
+  fs::remove_all(folder);
 }
 
 }  // namespace

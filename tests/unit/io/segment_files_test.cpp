@@ -89,6 +89,32 @@ TEST(SegmentFiles, Wkt) {
             "MULTILINESTRING ((-1.2500 2.0000, 3.7500 2.0000), (0.0000 0.1235, 1.0000 -1.0000))\n");
 }
 
+TEST(SegmentFiles, HaveForbiddenZonesOfTheirOwnKind) {
+  const Zones zones = {{{0, 0}, {9, 0}, {9, 2.5}}};
+  EXPECT_NE(
+      segments_svg(two(), zones).find("points=\"0.0000,0.0000 9.0000,0.0000 9.0000,-2.5000\"/>"),
+      std::string::npos);
+  EXPECT_NE(segments_svg({}, zones).find("viewBox=\"-1.0000 -3.5000 11.0000 4.5000\""),
+            std::string::npos);
+  EXPECT_EQ(segments_wkt({}, zones),
+            "GEOMETRYCOLLECTION (MULTILINESTRING EMPTY, POLYGON ((0.0000 0.0000, 9.0000 0.0000, "
+            "9.0000 2.5000, 0.0000 0.0000)))\n");
+  const auto json = nlohmann::json::parse(segments_geojson(two(), zones));
+  ASSERT_EQ(json["features"].size(), 3U);
+  EXPECT_EQ(json["features"][2]["properties"]["kind"], "forbidden");
+  EXPECT_EQ(json["features"][2]["geometry"]["coordinates"],
+            nlohmann::json::parse("[[[0.0, 0.0], [9.0, 0.0], [9.0, 2.5], [0.0, 0.0]]]"));
+  int corners = 0, on_layer = 0, layers = 0;
+  for (const auto& [code, value] : groups_of(segments_dxf(two(), zones))) {
+    corners += code == 0 && value == "VERTEX";
+    layers += code == 2 && value == "FORBIDDEN";
+    on_layer += code == 8 && value == "FORBIDDEN";
+  }
+  EXPECT_EQ(corners, 3);
+  EXPECT_EQ(layers, 1);
+  EXPECT_EQ(on_layer, 5);  // with the polyline's begin and end
+}
+
 TEST(SegmentFiles, OfNothingAreValid) {
   EXPECT_EQ(segments_wkt({}), "MULTILINESTRING EMPTY\n");
   EXPECT_TRUE(nlohmann::json::parse(segments_geojson({}))["features"].empty());

@@ -17,9 +17,11 @@ std::vector<map::Segment> some() {
   return walls;
 }
 
+using WithZones = std::string (*)(std::span<const map::Segment>, const Zones&);
 struct Format {
   const char* kind;
   std::string (*text)(std::span<const map::Segment>);
+  WithZones with_zones;
 };
 class SegmentReader : public testing::TestWithParam<Format> {};
 
@@ -34,6 +36,15 @@ TEST_P(SegmentReader, ReadsWhatWasWritten) {
   EXPECT_THROW(parse_segments(GetParam().text({}), GetParam().kind, "f"), Error);
 }
 
+TEST_P(SegmentReader, TakesNoForbiddenZoneForAWall) {
+  const Zones zones = {{{0, 0}, {1, 0}, {1, 2}}, {{5, 5}, {6, 5}, {6, 6}, {5, 6}}};
+  const std::string text = GetParam().with_zones(some(), zones);
+  EXPECT_GT(text.size(), GetParam().text(some()).size() + 40);
+  const auto read = parse_segments(text, GetParam().kind, "f");
+  ASSERT_EQ(read.size(), some().size());
+  for (std::size_t i = 0; i < read.size(); ++i) EXPECT_LT((read[i].b - some()[i].b).norm(), 1e-9);
+}
+
 TEST_P(SegmentReader, SurvivesAnyTornText) {
   const std::string whole = GetParam().text(some());
   for (std::size_t n = 0; n < whole.size(); ++n) {
@@ -45,9 +56,10 @@ TEST_P(SegmentReader, SurvivesAnyTornText) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(All, SegmentReader,
-                         testing::Values(Format{".svg", segments_svg}, Format{".dxf", segments_dxf},
-                                         Format{".geojson", segments_geojson},
-                                         Format{".wkt", segments_wkt}));
+                         testing::Values(Format{".svg", segments_svg, segments_svg},
+                                         Format{".dxf", segments_dxf, segments_dxf},
+                                         Format{".geojson", segments_geojson, segments_geojson},
+                                         Format{".wkt", segments_wkt, segments_wkt}));
 
 TEST(SegmentReaderOfOthers, LinesOfSeveralPointsAndPolygons) {
   EXPECT_EQ(parse_segments("LINESTRING (0 0, 1 0, 1 1)", ".wkt", "f").size(), 2U);

@@ -141,5 +141,21 @@ TEST(SummaryJson, StaysJsonWithNumbersThatAreNoneAndNamesThatAreNoUtf8) {
   EXPECT_EQ(json["scans"], 41);
 }
 
+TEST(Summary, ListsTheEditsWhereTheyLie) {
+  Site site = square();
+  Edit wall, turn, off;
+  wall.id = 1, wall.kind = EditKind::wall, wall.points = {{0, {1, 2}}, {10, {1, 0}}};
+  turn.id = 4, turn.kind = EditKind::turn, turn.radians = 0.25;
+  off.id = 5, off.kind = EditKind::closure_off, off.from = 3, off.to = 9;
+  site.edits = {wall, turn, off};
+  const Json edits = Json::parse(summary_json(site, two_cells()))["edits"];
+  ASSERT_EQ(edits.size(), 3U);
+  EXPECT_EQ(edits[0]["kind"], "wall");
+  EXPECT_EQ(edits[0]["points"][0], (Json{1.0, 2.0}));
+  EXPECT_NEAR(edits[0]["points"][1][1].get<double>(), 1, 1e-12);
+  EXPECT_EQ(edits[1], (Json{{"id", 4}, {"kind", "turn"}, {"radians", 0.25}}));
+  EXPECT_EQ(edits[2], (Json{{"id", 5}, {"kind", "closure_off"}, {"from", 3}, {"to", 9}}));
+}
+
 }  // namespace
 }  // namespace majak::io
