@@ -23,14 +23,29 @@ constexpr float kCertain = 6;       // log-odds of a wall that a person drew
 /// Of a polygon or of a line.
 std::size_t least_points(EditKind kind) { return kind == EditKind::wall ? 2 : 3; }
 
-AnchoredPoint anchored_point(const Site& site, bool keys, const Vec2& p_map) {
+/// A scan that points may hang on.
+struct Place {
+  std::size_t scan;
+  Vec2 at;
+};
+
+std::vector<Place> places(const Site& site) {
+  const bool keys =
+      std::any_of(site.scans.begin(), site.scans.end(), [](const PosedScan& s) { return s.key; });
+  std::vector<Place> places;
+  for (std::size_t i = 0; i < site.scans.size(); ++i)
+    if (!keys || site.scans[i].key)
+      places.push_back({i, site.scans[i].estimate.T_map_robot.translation()});
+  return places;
+}
+
+AnchoredPoint anchored_point(const Site& site, const std::vector<Place>& places,
+                             const Vec2& p_map) {
   AnchoredPoint nearest;
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < site.scans.size(); ++i) {
-    const PosedScan& posed = site.scans[i];
-    if (keys && !posed.key) continue;
-    const double d2 = (posed.estimate.T_map_robot.translation() - p_map).squaredNorm();
-    if (d2 < least) least = d2, nearest.scan = i;
+  for (const Place& place : places) {
+    const double d2 = (place.at - p_map).squaredNorm();
+    if (d2 < least) least = d2, nearest.scan = place.scan;
   }
   if (!(least <= kFarthest * kFarthest))
     throw Error("a point lies more than 1000 m from all scans, or is no number");
@@ -38,18 +53,41 @@ AnchoredPoint anchored_point(const Site& site, bool keys, const Vec2& p_map) {
   return nearest;
 }
 
-struct Area {
-  std::vector<Vec2> polygon;
-  Vec2 low, high;
+bool crosses_ray(const Vec2& a, const Vec2& b, const Vec2& p) {
+  return (a.y() > p.y()) != (b.y() > p.y()) &&
+         p.x() < (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y()) + a.x();
+}
 
+/// A polygon that is asked for millions of points: its sides by strips of y.
+class Area {
+ public:
   explicit Area(std::vector<Vec2> corners) : polygon(std::move(corners)) {
     low = high = polygon.front();
     for (const Vec2& p : polygon) low = low.cwiseMin(p), high = high.cwiseMax(p);
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Vec2 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+      const std::size_t last = strip(std::max(a.y(), b.y()));
+      for (std::size_t k = strip(std::min(a.y(), b.y())); k <= last; ++k)
+        strips_[k].emplace_back(a, b);
+    }
   }
   bool holds(const Vec2& p) const {
-    return (p.array() >= low.array()).all() && (p.array() <= high.array()).all() &&
-           inside(polygon, p);
+    if (p.x() < low.x() || p.x() > high.x() || p.y() < low.y() || p.y() > high.y()) return false;
+    bool in = false;
+    for (const auto& [a, b] : strips_[strip(p.y())]) in ^= crosses_ray(a, b, p);
+    return in;
   }
+
+  std::vector<Vec2> polygon;
+  Vec2 low, high;
+
+ private:
+  static constexpr std::size_t kStrips = 128;
+  std::size_t strip(double y) const {
+    const double height = std::max(high.y() - low.y(), 1e-9);
+    return std::min(static_cast<std::size_t>((y - low.y()) / height * kStrips), kStrips - 1);
+  }
+  std::array<std::vector<std::pair<Vec2, Vec2>>, kStrips> strips_;
 };
 
 std::vector<Area> areas(const Site& site, EditKind kind) {
@@ -86,10 +124,13 @@ void erase_returns(Site& site) {
   BeamTable table;
   for (PosedScan& posed : site.scans) {
     const Pose2 T_map_laser = posed.estimate.T_map_robot * posed.scan.T_robot_laser;
+    const Vec2 ahead(std::cos(T_map_laser.theta), std::sin(T_map_laser.theta));
     const std::vector<Vec2>& directions = table.of(posed.scan);
     for (std::size_t i = 0; i < directions.size(); ++i) {
       float& range = posed.scan.ranges[i];
-      if (range > 0 && range < kNoReturn && !counts(T_map_laser * Vec2(range * directions[i])))
+      if (!(range > 0 && range < kNoReturn)) continue;
+      const Vec2 p = range * directions[i];
+      if (!counts(T_map_laser.translation() + p.x() * ahead + p.y() * Segment::left_of(ahead)))
         range = erased(range);
     }
   }
@@ -160,12 +201,8 @@ double peak_of(const std::vector<Heading>& headings) {
 
 bool inside(std::span<const Vec2> polygon, const Vec2& p) {
   bool in = false;
-  for (std::size_t i = 0, j = polygon.size() - 1; i < polygon.size(); j = i++) {
-    const Vec2 &a = polygon[i], &b = polygon[j];
-    if ((a.y() > p.y()) != (b.y() > p.y()) &&
-        p.x() < (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y()) + a.x())
-      in = !in;
-  }
+  for (std::size_t i = 0; i < polygon.size(); ++i)
+    in ^= crosses_ray(polygon[i], polygon[(i + 1) % polygon.size()], p);
   return in;
 }
 
@@ -174,11 +211,10 @@ Edit anchored(const Site& site, EditKind kind, std::span<const Vec2> points) {
   if (points.size() < least)
     throw Error(std::string(name_of(kind)) + " takes " + (least == 3 ? "three" : "two") +
                 " points or more");
-  const bool keys =
-      std::any_of(site.scans.begin(), site.scans.end(), [](const PosedScan& s) { return s.key; });
+  const std::vector<Place> near = places(site);
   Edit edit;
   edit.kind = kind;
-  for (const Vec2& p : points) edit.points.push_back(anchored_point(site, keys, p));
+  for (const Vec2& p : points) edit.points.push_back(anchored_point(site, near, p));
   return edit;
 }
 

@@ -293,6 +293,34 @@ TEST(Forbidden, ZonesAreNotFreeAndNothingElseChanges) {
   EXPECT_LT(known.area(CellState::free), free.area(CellState::free) - 0.5);
 }
 
+/// Slow twin: each return by inside(), which looks at all sides.
+TEST(Erased, ByALassoOfManyCornersAreTheSame) {
+  Site site = hall_site();
+  RandomStream random(6);
+  Points lasso;
+  for (int i = 0; i < 700; ++i) {
+    const double angle = 2 * kPi * i / 700, r = random.uniform(0.7, 2.5);
+    lasso.emplace_back(3.7 + r * std::cos(angle), 2.2 + r * std::sin(angle));
+  }
+  const Edit edit = anchored(site, EditKind::erase, lasso);
+  add_edit(site, edit);
+  const Site shown = with_edits(site);
+  const Points corners = points_in_map(site, edit);
+  int erased = 0;
+  for (std::size_t i = 0; i < site.scans.size(); ++i) {
+    const Scan& scan = site.scans[i].scan;
+    const Pose2 T = site.scans[i].estimate.T_map_robot * scan.T_robot_laser;
+    for (std::size_t b = 0; b < scan.ranges.size(); ++b) {
+      const float r = scan.ranges[b];
+      const bool in =
+          inside(corners, T * Vec2(r * Vec2(std::cos(scan.angle(b)), std::sin(scan.angle(b)))));
+      erased += in;
+      ASSERT_EQ(shown.scans[i].scan.ranges[b], in ? -r : r) << i << " " << b;
+    }
+  }
+  EXPECT_GT(erased, 1000);
+}
+
 TEST(Inside, IsTheSumOfAngles) {
   RandomStream random(4);
   const Points star = {{0, 3}, {1, 1}, {3, 0}, {1, -1}, {0, -3}, {-1, -1}, {-3, 0}, {-1, 1}};
