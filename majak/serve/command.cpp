@@ -209,12 +209,12 @@ Json parse(std::string_view text) {
 
 /// An integer that every reader of JSON holds exactly.
 std::optional<std::int64_t> id_from(const Json& json) {
-  constexpr std::int64_t limit = std::int64_t{1} << 53;
+  constexpr std::int64_t kLimit = std::int64_t{1} << 53;
   if (!json.is_object() || !json.contains("id")) return {};
   const Json& id = json["id"];
   const bool exact = id.is_number_unsigned()
-                         ? id.get<std::uint64_t>() <= std::uint64_t{limit}
-                         : id.is_number_integer() && id.get<std::int64_t>() >= -limit;
+                         ? id.get<std::uint64_t>() <= std::uint64_t{kLimit}
+                         : id.is_number_integer() && id.get<std::int64_t>() >= -kLimit;
   if (!exact) throw Error("\"id\" of the command is not an integer of at most 53 bits");
   return id.get<std::int64_t>();
 }

@@ -619,10 +619,10 @@ void Server::Impl::accepted(tcp::socket socket) {
   error_code ignored;
   if (connections.size() >= options.connections) {
     count([](ServerStatistics& s) { ++s.denied; });
-    static constexpr std::string_view full =
+    static constexpr std::string_view kFull =
         "HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nConnection: close\r\n\r\n";
     socket.non_blocking(true, ignored);
-    socket.write_some(net::buffer(full), ignored);
+    socket.write_some(net::buffer(kFull), ignored);
     return;
   }
   socket.set_option(tcp::no_delay(true), ignored);
