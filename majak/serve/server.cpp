@@ -47,8 +47,8 @@ namespace {
 
 constexpr int kTicksPerSecond = 4;
 constexpr std::size_t kMaxHeader = 8192, kMaxTarget = 2048;  // bytes
-constexpr std::size_t kFragment = std::size_t{64} << 10;     // what a client takes at once
-constexpr std::size_t kMaxReplies = 1024;                    // that wait for one client
+constexpr std::size_t kFragment = 65536 - 10;  // what one call sends, less the frame's head
+constexpr std::size_t kMaxReplies = 1024;      // that wait for one client
 
 int ticks(double seconds) {
   return std::max(1, static_cast<int>(std::min(seconds, 1e6) * kTicksPerSecond));
