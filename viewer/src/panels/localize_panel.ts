@@ -5,7 +5,7 @@ import type { Session, Tool } from "../session.js";
 import { count, degrees, fixed, metres } from "../text.js";
 import type { Finished } from "../view/tools.js";
 
-const kMethods = ["find-and-track", "monte-carlo", "markov", "tracking"];
+const kMethods = ["monte-carlo", "global", "markov", "tracking"];
 
 export class LocalizePanel {
   readonly element = element("div", { class: "page" });
