@@ -57,6 +57,7 @@ RunView::RunView(Viewer& viewer, Site kept, std::optional<std::filesystem::path>
   grid_ = map::build_occupancy_grid(*shown_, options_.grid, threads_);
   begin();
   viewer_.set_doer([this](const serve::Command& command) { run(command); });
+  tell_segments_soon();
 }
 
 RunView::~RunView() {
@@ -83,7 +84,6 @@ void RunView::begin() {
                        {"/edits", view->edits(!undone_.empty(), folder_.has_value())},
                        {"/graph", view->graph()},
                        {"/truth", view->truth()}});
-  tell_segments();
 }
 
 void RunView::run(const serve::Command& command) {
@@ -165,6 +165,12 @@ void RunView::tell_changes() {
   hub.set("/map", io::view_map(grid_));
   hub.set("/graph", view.graph());
   if (std::string truth = view.truth(); !truth.empty()) hub.set("/truth", std::move(truth));
+  tell_segments_soon();
+}
+
+// They take longer than anyone wants to wait for an answer.
+void RunView::tell_segments_soon() {
+  viewer_.when_idle([this] { tell_segments(); });
 }
 
 void RunView::tell_segments() {
@@ -187,6 +193,7 @@ void RunView::localize(const serve::Localize& wanted) {
   stop_localizing();
   robot_ = std::make_unique<RobotView>(viewer_, *shown_, grid_, wanted.method);
   begin();
+  tell_segments_soon();
   robot_->start();
 }
 
@@ -194,6 +201,7 @@ void RunView::stop_localizing() {
   if (!robot_) return;
   robot_.reset();
   begin();
+  tell_segments_soon();
 }
 
 }  // namespace majak::app

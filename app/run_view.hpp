@@ -42,6 +42,7 @@ class RunView {
   void change(bool poses, const std::function<void(Site&)>& how);
   void tell_changes();
   void tell_segments();
+  void tell_segments_soon();
   void write_files();
   bool localizing() const { return robot_ != nullptr; }
 
