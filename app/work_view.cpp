@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "app/live.hpp"
@@ -73,7 +74,10 @@ void WorkView::tell(const PosedScan& posed, std::size_t number, std::size_t key,
   view.is_key = posed.key;
   view.estimate = posed.estimate;
   view.estimate.time = posed.scan.time;
-  view.match_score = posed.match_score;
+  // How sure the place is only the whole run tells. Against what the first scan matched was nothing.
+  view.estimate.covariance.setConstant(std::numeric_limits<double>::quiet_NaN());
+  view.match_score = number == 0 ? 1.0F : posed.match_score;
+  if (view.match_score < slam::kLostScore) view.estimate.health = Health::lost;
   view.milliseconds = static_cast<float>(milliseconds);
   view.T_map_front_end = posed.T_map_robot_front_end;
   if (posed.T_odom_robot && T_odom_first_)
@@ -95,6 +99,7 @@ void WorkView::tell(const PosedScan& posed, std::size_t number, std::size_t key,
 void WorkView::show(const Scan& scan) {
   PosedScan posed;
   posed.scan = scan;
+  posed.match_score = 1;
   tell(posed, told_, told_, 0);
   ++told_;
   status("recording");

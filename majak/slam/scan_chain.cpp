@@ -60,6 +60,7 @@ std::optional<ScanChain::Step> ScanChain::next() {
                          ? Pose2{}
                          : between(site_.scans[index - 1].T_map_robot_front_end, step.T_map_robot);
   if (index > 0) odometry_.observe(index, seen, !weak && !step.searched);
+  posed.match_score = static_cast<float>(step.match.score);  // until all scans are placed together
   posed.key = step.key;
   if (step.key) {
     KeyScan key = key_scan(std::move(step), index, posed.scan.T_robot_laser, weak);

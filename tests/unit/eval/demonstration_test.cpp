@@ -12,7 +12,7 @@
 namespace majak::eval {
 namespace {
 
-const std::vector<Event>& drive() {
+const std::vector<Event>& park_drive() {
   static const std::vector<Event> events = test::park_drive();
   return events;
 }
@@ -33,11 +33,11 @@ DemonstrationOptions options() {
 Demonstration with_truth() {
   DemonstrationOptions input = options();
   input.trunks = test::park_trunks();
-  return demonstrate(drive(), input);
+  return demonstrate(park_drive(), input);
 }
 
 Demonstration on_fixes() {
-  const std::vector<Event> blind = without_truth(drive());
+  const std::vector<Event> blind = without_truth(park_drive());
   return demonstrate(blind, options());
 }
 
@@ -95,7 +95,7 @@ TEST(Demonstration, OnFixesScoresWhatWasWithheldAndNothingElse) {
 }
 
 TEST(Demonstration, WhatIsWithheldDoesNotMoveThePath) {
-  std::vector<Event> events = without_truth(drive());
+  std::vector<Event> events = without_truth(park_drive());
   const Demonstration before = demonstrate(events, options());
   std::size_t fix = 0;
   for (Event& event : events)
@@ -122,7 +122,7 @@ TEST(Demonstration, ObstaclesAgainstTheTrueOnesAndAgainstThemselves) {
 }
 
 TEST(Demonstration, WithoutSatellitesThereIsOneRun) {
-  std::vector<Event> events = drive();
+  std::vector<Event> events = park_drive();
   std::erase_if(events, [](const Event& e) { return std::holds_alternative<GpsFix>(e); });
   const Demonstration d = demonstrate(events, options());
   EXPECT_EQ(feeds(d), std::vector<Feed>{Feed::none});
@@ -133,7 +133,7 @@ TEST(Demonstration, TimesOfEachScanWhereThereIsAClock) {
   double seconds = 0;
   DemonstrationOptions input = options();
   input.clock = [&seconds] { return seconds += 0.5; };
-  const Demonstration d = demonstrate(drive(), input);
+  const Demonstration d = demonstrate(park_drive(), input);
   const auto& steps = d.alone().steps;
   ASSERT_EQ(steps.size(), d.alone().ekf.map.localization.estimates.size());
   for (const StepTime& s : steps) EXPECT_EQ(s.seconds, 0.5);
@@ -144,7 +144,7 @@ TEST(Demonstration, TimesOfEachScanWhereThereIsAClock) {
 TEST(Demonstration, RefusesWhatCannotBeMeasured) {
   const std::vector<Event> nothing;
   EXPECT_THROW(demonstrate(nothing, options()), Error);
-  std::vector<Event> events = without_truth(drive());
+  std::vector<Event> events = without_truth(park_drive());
   std::erase_if(events, [](const Event& e) { return std::holds_alternative<GpsFix>(e); });
   EXPECT_THROW(demonstrate(events, options()), Error);
 }

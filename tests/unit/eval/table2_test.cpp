@@ -113,7 +113,7 @@ TEST(FirstPart, CountsScans) {
 
 // ---- Trials ------------------------------------------------------------------------------------
 
-const TrialLog& drive() {
+const TrialLog& table_drive() {
   static const TrialLog log = [] {
     const sim::World world(sim::building());
     TrialLog made{sim::simulate(world, sim::plan_tour(world, {.short_tour = true}), {}), {}, {}};
@@ -128,14 +128,14 @@ const TrialLog& drive() {
 
 /// Half of it.
 const TrialLog& half() {
-  static const TrialLog log{first_part(drive().events, 0.5), drive().truth, {}};
+  static const TrialLog log{first_part(table_drive().events, 0.5), table_drive().truth, {}};
   return log;
 }
 
 TEST(MappingTrial, SaysHowRightAndHowHonest) {
   double ticks = 0;
   const auto clock = [&] { return ticks += 1e-3; };
-  const MappingScore s = try_mapping(drive(), methods::mapping_method("graph-slam"), {}, {}, clock);
+  const MappingScore s = try_mapping(table_drive(), methods::mapping_method("graph-slam"), {}, {}, clock);
   ASSERT_TRUE(s.ran);
   EXPECT_LT(s.rms, 0.03);
   EXPECT_GE(s.worst, s.rms);
@@ -147,7 +147,7 @@ TEST(MappingTrial, SaysHowRightAndHowHonest) {
   EXPECT_LT(*s.nees, 6);
   EXPECT_TRUE(s.online);
   // A tick before and one after each event, and those of finish().
-  EXPECT_NEAR(s.cpu, 1e-3 * (static_cast<double>(drive().events.size()) + 1), 1e-6);
+  EXPECT_NEAR(s.cpu, 1e-3 * (static_cast<double>(table_drive().events.size()) + 1), 1e-6);
   EXPECT_GT(s.cpu_first, 0);
   EXPECT_GT(s.bytes, 1000U);
 }
@@ -185,13 +185,13 @@ TEST(PlanTrials, ByGroups) {
 }
 
 TEST(VariationsOf, ALogIsNoRingAndNoCrowd) {
-  const auto of = variations_of(drive());
+  const auto of = variations_of(table_drive());
   EXPECT_FALSE(of({.group = "ring", .where = Surroundings::ring}));
   EXPECT_FALSE(of({.group = "crowd", .people = 3}));
   EXPECT_EQ(of({.group = "size", .where = Surroundings::large})->events.size(),
-            drive().events.size());
+            table_drive().events.size());
   EXPECT_LT(of({.group = "size", .where = Surroundings::large, .part = 0.5})->events.size(),
-            drive().events.size() * 6 / 10);
+            table_drive().events.size() * 6 / 10);
 }
 
 // ---- The table ---------------------------------------------------------------------------------
@@ -260,7 +260,7 @@ TEST(Table2, FiguresAndWhatWasSaid) {
 
 TEST(CompareMappings, TriesEachMethodOnEachLogForAnyNumberOfThreads) {
   MappingComparisonInput input{
-      .what = "a drive",
+      .what = "a table_drive",
       .methods = {"graph-slam", "incremental-ml"},
       .maps = {"occupancy-grid"},
       .settings = {{.group = "seeds"}, {.group = "ring", .where = Surroundings::ring}},

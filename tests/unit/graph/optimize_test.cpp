@@ -13,7 +13,7 @@
 namespace majak::graph {
 namespace {
 
-constexpr OptimizeOptions kExact{.relative_tolerance = 1e-14};
+constexpr OptimizeOptions kExactOptions{.relative_tolerance = 1e-14};
 
 double largest_difference(std::span<const Pose2> a, std::span<const Pose2> b) {
   double largest = 0;
@@ -49,7 +49,7 @@ TEST(Optimize, ReachesTheOptimumThatCeresFinds) {
     ceres::Solver::Summary theirs;
     ceres::Solve(options, &problem, &theirs);
 
-    const Summary ours = optimize(g, kExact);
+    const Summary ours = optimize(g, kExactOptions);
     EXPECT_NEAR(ours.final_chi2, 2 * theirs.final_cost, 1e-9 * ours.final_chi2);
     for (std::size_t i = 0; i < poses.size(); ++i) {
       EXPECT_NEAR(g.poses[i].x, poses[i][0], 1e-6);
@@ -77,7 +77,7 @@ TEST(Optimize, AnchorStaysAndTheGradientVanishes) {
   PoseGraph g = random_graph(2, 30, 25, 0.1).graph;
   g.fixed = 12;
   const Pose2 anchor = g.poses[12];
-  optimize(g, kExact);
+  optimize(g, kExactOptions);
   EXPECT_EQ(g.poses[12], anchor);
   const double best = chi2(g);
   for (std::size_t i = 0; i < g.poses.size(); ++i)
@@ -114,8 +114,8 @@ TEST(Optimize, EveryComponentKeepsItsFirstPose) {
     both.edges.push_back(e);
   }
   PoseGraph alone = other;
-  const double sum = optimize(g, kExact).final_chi2 + optimize(alone, kExact).final_chi2;
-  EXPECT_NEAR(optimize(both, kExact).final_chi2, sum, 1e-9 * sum);
+  const double sum = optimize(g, kExactOptions).final_chi2 + optimize(alone, kExactOptions).final_chi2;
+  EXPECT_NEAR(optimize(both, kExactOptions).final_chi2, sum, 1e-9 * sum);
   EXPECT_EQ(both.poses[12], other.poses[0]);
   EXPECT_LT(largest_difference(std::span(both.poses).subspan(12), alone.poses), 1e-7);
 }
@@ -125,7 +125,7 @@ TEST(Optimize, TwiceTheSameEdgeIsTwiceTheInformation) {
   PoseGraph strong = twice;
   twice.edges.push_back(twice.edges[16]);
   strong.edges[16].information *= 2;
-  const double a = optimize(twice, kExact).final_chi2, b = optimize(strong, kExact).final_chi2;
+  const double a = optimize(twice, kExactOptions).final_chi2, b = optimize(strong, kExactOptions).final_chi2;
   EXPECT_NEAR(a, b, 1e-9 * a);
   EXPECT_LT(largest_difference(twice.poses, strong.poses), 1e-7);
 }
@@ -150,7 +150,7 @@ TEST(Optimize, EdgeWithoutInformationIsHarmlessIfAnotherHoldsThePose) {
   PoseGraph g = random_graph(6, 10, 6, 0.1).graph;
   PoseGraph same = g;
   g.edges.push_back({2, 7, {50, 50, 1}, Mat3::Zero(), false});
-  EXPECT_NEAR(optimize(g, kExact).final_chi2, optimize(same, kExact).final_chi2, 1e-9);
+  EXPECT_NEAR(optimize(g, kExactOptions).final_chi2, optimize(same, kExactOptions).final_chi2, 1e-9);
 }
 
 TEST(Optimize, PoseHeldByNothingStaysFinite) {
@@ -188,7 +188,7 @@ TEST(Optimizer, ReusedWhileTheGraphGrowsItEqualsOneCall) {
   }
   PoseGraph once = g;
   once.poses = whole.poses;
-  optimize(once, kExact);
+  optimize(once, kExactOptions);
   EXPECT_LT(largest_difference(g.poses, once.poses), 1e-7);
 }
 

@@ -18,17 +18,17 @@ struct Disturbance {
   Vec3 extra;
 };
 
-struct Log {
+struct SlipLog {
   std::vector<LaserPose> laser;
   std::vector<WheelSample> wheels;
 };
 
 // Wheels at 20 Hz, laser at 10 Hz, with the usual noise. Around a disturbance the wheels roll as
 // told: 0.6 m/s ahead in a slip, not at all in a push.
-Log drive(std::uint64_t seed, double seconds, const std::vector<Disturbance>& disturbances = {}) {
+SlipLog drive(std::uint64_t seed, double seconds, const std::vector<Disturbance>& disturbances = {}) {
   const StepNoise usual;
   RandomStream random(seed);
-  Log log;
+  SlipLog log;
   Pose2 truth;
   const double dt = 0.05;
   for (int i = 0; i * dt < seconds; ++i) {
@@ -56,7 +56,7 @@ Log drive(std::uint64_t seed, double seconds, const std::vector<Disturbance>& di
   return log;
 }
 
-std::vector<SlipEvent> found(const Log& log) {
+std::vector<SlipEvent> found(const SlipLog& log) {
   return find_slips(log.laser, log.wheels, {}, {0.1, 0, 0}, 0);
 }
 
@@ -111,7 +111,7 @@ TEST(FindSlips, PrecisionAndRecall) {
 }
 
 TEST(FindSlips, AJumpOfTheCountersIsOne) {
-  Log log = drive(2, 60);
+  SlipLog log = drive(2, 60);
   log.wheels[600].twist.setZero(), log.wheels[600].jump = true;
   const auto events = found(log);
   ASSERT_EQ(events.size(), 1U);
@@ -121,7 +121,7 @@ TEST(FindSlips, AJumpOfTheCountersIsOne) {
 
 // One pose that came late errs to one side and back: nothing is left of that.
 TEST(FindSlips, OneWrongPoseIsNone) {
-  Log log = drive(3, 60);
+  SlipLog log = drive(3, 60);
   log.laser[300].T_map_robot = log.laser[300].T_map_robot * Pose2{0.1, 0, 0};
   EXPECT_TRUE(found(log).empty());
 }
@@ -129,7 +129,7 @@ TEST(FindSlips, OneWrongPoseIsNone) {
 // A whole log.
 
 // What a mapping of the log would leave.
-Site site_of(const Log& log) {
+Site site_of(const SlipLog& log) {
   Site site;
   for (const LaserPose& pose : log.laser) {
     PosedScan s;
@@ -143,7 +143,7 @@ Site site_of(const Log& log) {
 }
 
 // The same with the odometry at each scan, as the mapping leaves it.
-Site site_with_odometry(const Log& log) {
+Site site_with_odometry(const SlipLog& log) {
   Site site = site_of(log);
   Pose2 pose;
   for (std::size_t i = 0; i < log.wheels.size(); ++i) {
@@ -154,7 +154,7 @@ Site site_with_odometry(const Log& log) {
 }
 
 // The odometry as a stream, or in the scans' own records.
-DriveLog drive_log(const Log& log, bool in_scans) {
+DriveLog drive_log(const SlipLog& log, bool in_scans) {
   DriveLog out;
   Pose2 pose;
   for (const WheelSample& s : log.wheels) {
@@ -203,7 +203,7 @@ TEST(DriveLog, WithoutOdometryThereIsNoCalibration) {
 }
 
 TEST(DriveLog, SlipsAreFoundWhoeverTellsOfTheWheels) {
-  const Log log = drive(5, 80, kThree);
+  const SlipLog log = drive(5, 80, kThree);
   const Site site = site_of(log);
   for (const WheelSource source :
        {WheelSource::stream, WheelSource::records, WheelSource::ordered}) {
@@ -227,7 +227,7 @@ TEST(FindSlipsOfASite, AreThoseThatWereDriven) {
 
 // Wheels that are wrong all the time, by 3 % and 3 degrees a metre, are no slip.
 TEST(FindSlipsOfASite, ConstantFaultsAreNone) {
-  Log log = drive(7, 300);
+  SlipLog log = drive(7, 300);
   for (WheelSample& s : log.wheels)
     s.twist = Vec3(1.03 * s.twist.x(), 0, s.twist.z() + 0.05 * s.twist.x());
   EXPECT_TRUE(find_slips(site_with_odometry(log)).empty());

@@ -12,7 +12,7 @@
 namespace majak::motion {
 namespace {
 
-Vec3 random_twist(RandomStream& r) {
+Vec3 any_twist(RandomStream& r) {
   return {r.uniform(-1, 1), r.uniform(-1, 1), r.uniform(-2, 2)};
 }
 
@@ -22,7 +22,7 @@ TEST(WheelMatrix, ThreeOmniWheelsAreTheClosedForm) {
   const Omnidirectional closed{0.3};
   EXPECT_LT((matrix.by_wheels() - closed.by_wheels()).norm(), 1e-14);
   for (int i = 0; i < 1000; ++i) {
-    const Vec3 twist = random_twist(r);
+    const Vec3 twist = any_twist(r);
     const Eigen::VectorXd rolled = matrix.inverse(twist);
     const auto expected = closed.inverse(twist);
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(rolled[k], expected[k], 1e-14);
@@ -35,7 +35,7 @@ TEST(WheelMatrix, BothWaysRoundForManyWheels) {
        {omni_wheels(3, 0.2), omni_wheels(4, 0.3), omni_wheels(7, 0.5), mecanum_wheels(0.6, 0.4)}) {
     const WheelMatrix drive(wheels);
     for (int i = 0; i < 25'000; ++i) {  // 10^5 in all
-      const Vec3 twist = random_twist(r);
+      const Vec3 twist = any_twist(r);
       const auto motion = drive.forward(drive.inverse(twist));
       ASSERT_LT((motion.twist - twist).norm(), 1e-13);
       ASSERT_LT(motion.slip.norm(), 1e-13);
@@ -49,7 +49,7 @@ TEST(WheelMatrix, MecanumIsTheTextbookForm) {
   const double length = 0.6, width = 0.4, lever = (length + width) / 2;
   const WheelMatrix drive(mecanum_wheels(length, width));
   for (int i = 0; i < 1000; ++i) {
-    const Vec3 t = random_twist(r);
+    const Vec3 t = any_twist(r);
     const Eigen::Vector4d expected(t.x() - t.y() - lever * t.z(), t.x() + t.y() + lever * t.z(),
                                    t.x() + t.y() - lever * t.z(), t.x() - t.y() + lever * t.z());
     EXPECT_LT((drive.inverse(t) - expected).norm(), 1e-14);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr Time kMs = kSecond / 1000;
 
-void expect_near(const Pose2& a, const Pose2& b, double tolerance) {
+void expect_pose_near(const Pose2& a, const Pose2& b, double tolerance) {
   EXPECT_NEAR(a.x, b.x, tolerance);
   EXPECT_NEAR(a.y, b.y, tolerance);
   EXPECT_NEAR(angle_diff(a.theta, b.theta), 0, tolerance);
@@ -32,20 +32,20 @@ std::vector<WheelSample> some_samples(int n = 30) {
   return out;
 }
 
-const DriveCorrection kWheels{
+const DriveCorrection kPathWheels{
     .scale = 1.03, .turn_scale = 0.96, .turn_per_metre = 0.02, .way_per_turn = -0.01};
 
 TEST(WheelPath, AtTheSamplesItIsTheSumOfTheirTwists) {
   const auto samples = some_samples();
-  const WheelPath path(samples, kWheels);
+  const WheelPath path(samples, kPathWheels);
   Pose2 pose;
   double way = 0, turn = 0;
   for (const WheelSample& s : samples) {
-    const Vec3 twist = corrected(kWheels, s.twist);
+    const Vec3 twist = corrected(kPathWheels, s.twist);
     pose = pose * exp(twist), way += std::hypot(twist.x(), twist.y()), turn += std::abs(twist.z());
     const auto at = path.at(s.time);
     ASSERT_TRUE(at);
-    expect_near(at->pose, pose, 1e-14);
+    expect_pose_near(at->pose, pose, 1e-14);
     EXPECT_NEAR(at->way, way, 1e-14);
     EXPECT_NEAR(at->turn, turn, 1e-14);
     EXPECT_EQ(at->jumps, 0);
@@ -62,7 +62,7 @@ TEST(WheelPath, BetweenTheSamplesItFollowsTheArc) {
     const auto a = path.at(samples[i - 1].time), b = path.at(samples[i].time),
                m = path.at(samples[i - 1].time + 30 * kMs);
     ASSERT_TRUE(a && b && m);
-    expect_near(m->pose, interpolate(a->pose, b->pose, 0.3), 1e-14);
+    expect_pose_near(m->pose, interpolate(a->pose, b->pose, 0.3), 1e-14);
     EXPECT_NEAR(m->way, 0.7 * a->way + 0.3 * b->way, 1e-14);
     EXPECT_NEAR(m->turn, 0.7 * a->turn + 0.3 * b->turn, 1e-14);
     EXPECT_NEAR(m->split_way, 0.21 * (b->way - a->way), 1e-14);
@@ -80,9 +80,9 @@ TEST(WheelPath, OutsideTheSamplesIsNothing) {
 }
 
 TEST(WheelPath, TheLagIsThatOfTheWheels) {
-  DriveCorrection late = kWheels;
+  DriveCorrection late = kPathWheels;
   late.lag = 0.25;
-  const WheelPath path(some_samples(), kWheels), lagging(some_samples(), late);
+  const WheelPath path(some_samples(), kPathWheels), lagging(some_samples(), late);
   for (Time t = kSecond; t < 3 * kSecond; t += 37 * kMs)
     EXPECT_EQ(lagging.at(t - 250 * kMs)->pose, path.at(t)->pose);
   EXPECT_FALSE(lagging.at(kSecond - 251 * kMs));
@@ -95,9 +95,9 @@ TEST(WheelPath, StampsThatRunBackLoseNoStep) {
   const WheelPath path(samples, {}), right(some_samples(10), {});
   for (const std::size_t i : {4U, 6U, 9U}) {
     const Time t = samples[i].time;
-    expect_near(path.at(t)->pose, right.at(t)->pose, 1e-14);
+    expect_pose_near(path.at(t)->pose, right.at(t)->pose, 1e-14);
   }
-  expect_near(path.at(samples[4].time + 1)->pose, right.at(kSecond + 500 * kMs)->pose, 1e-6);
+  expect_pose_near(path.at(samples[4].time + 1)->pose, right.at(kSecond + 500 * kMs)->pose, 1e-6);
 }
 
 TEST(WheelPath, SteeringIsCorrectedBeforeItBendsTheWay) {
@@ -107,13 +107,13 @@ TEST(WheelPath, SteeringIsCorrectedBeforeItBendsTheWay) {
   const WheelPath path(wheel_samples(raw, wheelbase), c, wheelbase);
   const Pose2 expected = exp(Vec3(1.02 * 3, 0, 0.97 * 3 * std::tan(0.25) / wheelbase)) *
                          exp(Vec3(1.02 * -2, 0, 0.97 * -2 * std::tan(-0.05) / wheelbase));
-  expect_near(path.at(3 * kSecond)->pose, expected, 1e-14);
+  expect_pose_near(path.at(3 * kSecond)->pose, expected, 1e-14);
   EXPECT_NEAR(path.at(3 * kSecond)->way, 1.02 * 5, 1e-14);
   // The same as the path of the mended records.
   std::vector<WheelMotion> mended;
   for (const WheelMotion& m : raw) mended.push_back(corrected(c, m));
   const WheelPath twin(wheel_samples(mended, wheelbase), {});
-  expect_near(twin.at(2 * kSecond)->pose, path.at(2 * kSecond)->pose, 1e-14);
+  expect_pose_near(twin.at(2 * kSecond)->pose, path.at(2 * kSecond)->pose, 1e-14);
 }
 
 TEST(WheelSamples, OfOdometryAreItsSteps) {
@@ -159,7 +159,7 @@ std::vector<LaserPose> exact_poses(const WheelPath& path, const Pose2& D) {
 }
 
 TEST(SeenSteps, ExactDataLeaveNoErrorWhereverTheLaserIs) {
-  DriveCorrection c = kWheels;
+  DriveCorrection c = kPathWheels;
   c.lag = 0.13;
   const auto samples = some_samples();
   const WheelPath path(samples, c);
