@@ -123,7 +123,9 @@ void list_closures(const Site& site) {
 
 void run_edit(const EditCommand& o) {
   const fs::path file = fs::is_directory(o.run) ? fs::path(o.run) / "site.majak" : fs::path(o.run);
+  Stopwatch stopwatch;
   Site site = io::read_site_to_edit(file);
+  stopwatch.lap("read");
   const std::vector<Edit> before = site.edits;
   const double turned_before = map::turn_of(site);
   const auto off_before = switched_off(site);
@@ -134,8 +136,8 @@ void run_edit(const EditCommand& o) {
       const int hardware = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
       site = slam::reoptimised(std::move(site), options.mapping.graph_slam,
                                {o.threads > 0 ? o.threads : hardware});
+      stopwatch.lap("reoptimise");
     }
-    Stopwatch stopwatch;
     const fs::path folder = fs::absolute(file).parent_path();
     write_results(folder, site, options.grid, stopwatch);
     turn_labels(folder, angle_diff(map::turn_of(site), turned_before));

@@ -136,9 +136,20 @@ TEST(BuildOccupancyGrid, LetsAHitWinOverItsNeighboursInOneScan) {
 
 TEST(BuildOccupancyGrid, DrawsNothingForBeamsWithoutReturn) {
   Site site;
-  site.scans = {scan_at({0.5, 0.5, 0}, {kNoReturn, kInvalidRange, 0.0F, -1.0F,
-                                        -std::numeric_limits<float>::infinity()})};
+  site.scans = {scan_at({0.5, 0.5, 0},
+                        {kNoReturn, kInvalidRange, 0.0F, -std::numeric_limits<float>::infinity()})};
   EXPECT_EQ(build_occupancy_grid(site, metre_cells()).bounds(), CellBox{});
+}
+
+TEST(BuildOccupancyGrid, ClearsUpToWhereAnErasedBeamEnds) {
+  Site site;
+  site.scans = {scan_at({0.5, 0.5, 0}, {erased(3.0F)})};
+  OccupancyGridOptions options = metre_cells();
+  OccupancyGrid grid = build_occupancy_grid(site, options);
+  EXPECT_EQ(picture(grid, grid.bounds()), "....\n");
+  options.max_range = 2;
+  grid = build_occupancy_grid(site, options);
+  EXPECT_EQ(picture(grid, grid.bounds()), "...\n");
 }
 
 TEST(BuildOccupancyGrid, ClearsAlongBeamsWithoutReturnWhenAsked) {

@@ -93,10 +93,12 @@ TEST(Reoptimised, IsTheMapThatIsMadeWithoutThoseClosures) {
   GraphSlamOptions options;
   options.loops.switched_off = closures(building_site());
   const Site mapped = map_of(building_run(), options);
-  ASSERT_EQ(closures(mapped), closures(building_site()));
+  for (const Constraint& c : mapped.constraints)
+    ASSERT_TRUE(c.kind != ConstraintKind::closure || !c.enabled);
   const Site site = reoptimised(without_all(building_site()), {}, {2});
-  expect_same(site, mapped);
-  EXPECT_GT(farthest_apart(site, building_site()), 0.005);
+  // What the search says of closures that are off depends on where it began; all else is the same.
+  EXPECT_EQ(farthest_apart(site, mapped), 0);
+  EXPECT_GT(farthest_apart(site, building_site()), 0.005);  // 0.010
 }
 
 TEST(Reoptimised, AWrongClosureDoesItsHarmAndIsTakenOut) {
@@ -127,7 +129,7 @@ TEST(Reoptimised, KeepsEditsAndSaysWhichAreOff) {
   EXPECT_EQ(after.edits, site.edits);
   EXPECT_TRUE(switched_off(after, from, to));
   for (const Constraint& c : after.constraints)
-    if (c.kind == ConstraintKind::closure && c.from == from && c.to == to) EXPECT_FALSE(c.enabled);
+    EXPECT_FALSE(c.kind == ConstraintKind::closure && c.from == from && c.to == to && c.enabled);
 }
 
 TEST(Reoptimised, RefusesASiteThatKnowsTooLittle) {
