@@ -8,7 +8,7 @@ ownTopic("localization: start, start pose and kidnap by press and drag, hypothes
   await page.getByRole("button", { name: "Start a simulated robot" }).click();
   assert.equal((await lastCommand(page)).do, "localize");
   assert.deepEqual({ ...server.received.at(-1), id: 0 }, { id: 0, do: "localize", method: "markov" });
-  for (const [name, what] of [["Set the start pose", "start_pose"], ["Kidnap the robot", "kidnap"]] as const) {
+  for (const [name, what] of [["Set start pose", "start_pose"], ["Kidnap robot", "kidnap"]] as const) {
     await page.getByRole("button", { name }).click();
     await drag(page, await middle(page, 20, 10), await middle(page, 20, -60));
     assert.deepEqual(await lastCommand(page), { do: what, fate: "done", error: "" });

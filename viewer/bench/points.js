@@ -33,6 +33,7 @@ export async function measure(draw) {
   const first = performance.now();
   for (let n = 0; n < 10; ++n) { draw(view(n)); await next(); }
   const times = [];
+  window.started = true;
   let last = performance.now();
   const end = last + 6000;
   for (let n = 0; last < end; ++n) {
@@ -44,5 +45,5 @@ export async function measure(draw) {
   }
   times.sort((a, b) => a - b);
   const mean = times.reduce((a, b) => a + b, 0) / times.length;
-  window.result = { first_ms: Math.round(first), fps: +(1000 / mean).toFixed(1), worst_ms: Math.round(times[Math.floor(times.length * 0.95)]), heap_mb: Math.round(performance.memory.usedJSHeapSize / 1e6) };
+  window.result = { first_ms: Math.round(first), frames: times.length, fps: +(1000 / mean).toFixed(1), worst_ms: Math.round(times[Math.floor(times.length * 0.95)]), heap_mb: Math.round(performance.memory.usedJSHeapSize / 1e6) };
 }

@@ -1,33 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Points in PixiJS and deck.gl: frames a second, bytes, first frame, memory.   node run.mjs [points] [page ...]
-import { readFileSync, readdirSync, writeFileSync, mkdtempSync } from "node:fs";
+import { mkdtempSync, rmSync } from "node:fs";
 import { createServer } from "node:http";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { gzipSync } from "node:zlib";
 import { build } from "esbuild";
 import { chromium } from "playwright-core";
+import { memory, processorTime } from "./processes.mjs";
 
 const points = Number(process.argv[2] ?? 1e6);
 const pages = process.argv.length > 3 ? process.argv.slice(3) : ["pixi_mesh", "pixi_particles", "pixi_graphics", "deck_scatter", "deck_cloud"];
 
-/// Memory of all processes of the browser, in MB (proportional set size).
-function memory(profile) {
-  let kb = 0;
-  for (const pid of readdirSync("/proc").filter((name) => /^\d+$/.test(name))) {
-    try {
-      const command = readFileSync(`/proc/${pid}/cmdline`, "utf8");
-      if (!command.includes("chromium")) continue;
-      if (!command.includes(profile) && !ours.has(readFileSync(`/proc/${pid}/stat`, "utf8").split(") ")[1].split(" ")[1])) continue;
-      ours.add(pid);
-      kb += Number(/^Pss:\s+(\d+)/m.exec(readFileSync(`/proc/${pid}/smaps_rollup`, "utf8"))[1]);
-    } catch { /* it ended meanwhile */ }
-  }
-  return Math.round(kb / 1024);
-}
-const ours = new Set();
-
-console.log("| page | bundle kB (gzip) | first frame ms | fps | 95 % ms | JS heap MB | browser MB |\n|---|---|---|---|---|---|---|");
+console.log("| page | bundle kB (gzip) | first frame ms | fps | 95 % ms | CPU ms a frame | JS heap MB | browser MB |\n|---|---|---|---|---|---|---|---|");
 for (const page of pages) {
   const bundle = (await build({ entryPoints: [`${page}.js`], bundle: true, minify: true, format: "esm", write: false, logLevel: "error" })).outputFiles[0].contents;
   const server = createServer((request, response) => {
@@ -36,7 +21,6 @@ for (const page of pages) {
     response.end(script ? bundle : `<!doctype html><body style="margin:0"><script type="module" src="/b.js?points=${points}"></script>`);
   }).listen(0);
   const profile = mkdtempSync(join(tmpdir(), "bench-"));
-  ours.clear();
   const context = await chromium.launchPersistentContext(profile, {
     executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
     viewport: { width: 1600, height: 900 },
@@ -47,13 +31,15 @@ for (const page of pages) {
   tab.on("console", (message) => message.type() === "error" && console.error(page, message.text()));
   await tab.goto(`http://127.0.0.1:${server.address().port}/?points=${points}`, { waitUntil: "commit" });
   try {
+    await tab.waitForFunction(() => window.started, undefined, { timeout: 120000 });
+    const begin = processorTime(profile);
     await tab.waitForFunction(() => window.result, undefined, { timeout: 120000 });
     const r = await tab.evaluate(() => window.result);
-    if (process.env.SHOTS) writeFileSync(`${process.env.SHOTS}/${page}.png`, await tab.screenshot());
+    const cpu = Math.round((processorTime(profile) - begin) / r.frames);
     const kb = Math.round(bundle.length / 1000), gz = Math.round(gzipSync(bundle).length / 1000);
-    memory(profile);
-    console.log(`| ${page} | ${kb} (${gz}) | ${r.first_ms} | ${r.fps} | ${r.worst_ms} | ${r.heap_mb} | ${memory(profile)} |`);
+    console.log(`| ${page} | ${kb} (${gz}) | ${r.first_ms} | ${r.fps} | ${r.worst_ms} | ${cpu} | ${r.heap_mb} | ${memory(profile)} |`);
   } catch (error) { console.error(page, error.message.split("\n")[0]); }
   await context.close();
+  rmSync(profile, { recursive: true, force: true });
   server.close();
 }

@@ -24,7 +24,17 @@ export interface Viewer {
 const kWordsEvery = 100; // ms
 
 /// The page in `place`, which gives the size. Without data in the document it connects to the server it came from.
-export async function mount(place: HTMLElement): Promise<Viewer> {
+export async function mount(place: HTMLElement): Promise<Viewer | undefined> {
+  try {
+    return await assemble(place);
+  } catch (error) {
+    const why = error instanceof Error ? error.message : String(error);
+    place.append(element("p", { class: "majak-sorry", role: "alert" }, `The map cannot be shown here: ${why}. It needs WebGL and a browser of 2023 or later.`));
+    return undefined;
+  }
+}
+
+async function assemble(place: HTMLElement): Promise<Viewer> {
   let source: Source | undefined;
   const commands = new Commands((text) => source?.send(text) ?? false, (command) => {
     head.tell(command);

@@ -21,14 +21,8 @@ const kTurn = Math.PI / 36;
 const kMove = 80; // px
 
 export function appKeys({ session, map, tools, side, theme, showCharts, showSide, help }: KeyTargets): Key[] {
-  const zoom = (factor: number) => (): void => {
-    map.camera.zoom(factor);
-    session.touch();
-  };
-  const turn = (angle: number) => (): void => {
-    map.camera.rotate(angle);
-    session.touch();
-  };
+  const zoom = (factor: number) => (): void => map.zoom(factor);
+  const turn = (angle: number) => (): void => map.rotate(angle);
   const faster = (by: number) => (): void => {
     const at = (kSpeeds as readonly number[]).indexOf(session.speed) + by;
     session.speed = kSpeeds[Math.min(kSpeeds.length - 1, Math.max(0, at))] ?? 1;
@@ -37,8 +31,7 @@ export function appKeys({ session, map, tools, side, theme, showCharts, showSide
   const control = (key: string, shift: boolean, shown: string, does: string, run: () => void): Key => ({ shown, does, run, matches: (event) => (event.ctrlKey || event.metaKey) && event.key.toLowerCase() === key && event.shiftKey === shift });
   const move = (dx: number, dy: number) => (): void => {
     map.camera.pan(dx, dy);
-    session.follow = false;
-    session.touch();
+    map.moved();
   };
   const moves = (key: string, shown: string, does: string, dx: number, dy: number): Key => ({ shown, does, run: move(dx, dy), matches: (event) => event.shiftKey && event.key === key });
   return [

@@ -5,7 +5,7 @@ import type { Session, Tool } from "../session.js";
 import { count, degrees, fixed, metres } from "../text.js";
 import type { Finished } from "../view/tools.js";
 
-const kMethods = ["monte-carlo", "global", "markov", "tracking"];
+const kMethods = ["monte-carlo", "markov", "global", "tracking"];
 
 export class LocalizePanel {
   readonly element = element("div", { class: "page" });
@@ -20,8 +20,8 @@ export class LocalizePanel {
   constructor(private readonly session: Session) {
     for (const method of kMethods) this.method.append(element("option", { value: method }, method));
     this.method.value = "monte-carlo";
-    this.poses.set("start_pose", button("Set the start pose", () => this.take("start_pose"), { "aria-pressed": "false", "data-tool": "start_pose" }));
-    this.poses.set("kidnap", button("Kidnap the robot", () => this.take("kidnap"), { "aria-pressed": "false", "data-tool": "kidnap" }));
+    this.poses.set("start_pose", button("Set start pose", () => this.take("start_pose"), { "aria-pressed": "false", "data-tool": "start_pose" }));
+    this.poses.set("kidnap", button("Kidnap robot", () => this.take("kidnap"), { "aria-pressed": "false", "data-tool": "kidnap" }));
     this.element.append(
       element("div", { class: "row" }, this.method, this.start, this.stop), element("div", { class: "tools" }, ...this.poses.values()), this.words,
       element("div", {}, element("h3", {}, "Hypotheses"), this.list));

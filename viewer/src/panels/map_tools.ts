@@ -13,10 +13,7 @@ export class MapTools {
   private readonly north: HTMLButtonElement;
 
   constructor(private readonly session: Session, private readonly map: MapView) {
-    const zoom = (factor: number) => () => {
-      map.camera.zoom(factor);
-      session.touch();
-    };
+    const zoom = (factor: number) => () => map.zoom(factor);
     this.follow = iconButton(kIcons.follow, "Follow the robot (F)", () => this.toggleFollow(), { "aria-pressed": "false" });
     this.measure = iconButton(kIcons.ruler, "Measure (M)", () => this.toggleMeasure(), { "aria-pressed": "false" });
     this.north = iconButton(kIcons.north, "North up (0)", () => this.northUp());
@@ -34,8 +31,7 @@ export class MapTools {
   }
 
   northUp(): void {
-    this.map.camera.rotate(-this.map.camera.rotation);
-    this.session.touch();
+    this.map.rotate(-this.map.camera.rotation);
   }
 
   frame(): void {

@@ -40,7 +40,7 @@ export const kLayers: readonly LayerInfo[] = [
   { id: "closures", label: "Closures", swatch: "closure", on: false, has: ({ model }) => model.closures.length > 0 },
   { id: "graph", label: "Graph", swatch: "graph", on: false, has: ({ model }) => (model.graph?.from.length ?? 0) > 0 },
   { id: "landmarks", label: "Landmarks", swatch: "landmark", on: true, has: ({ model }) => model.landmarks.length > 0 },
-  { id: "segments", label: "Walls as lines", swatch: "segment", on: false, has: ({ model }) => model.segments.length > 0 },
+  { id: "segments", label: "Wall lines", swatch: "segment", on: false, has: ({ model }) => model.segments.length > 0 },
   { id: "points", label: "All returns", swatch: "points", on: false, has: ({ model }) => model.scans.count > 0 },
   { id: "edits", label: "Edits", swatch: "erase", on: true, has: ({ model }) => model.edits.edits.length > 0 },
   { id: "grid", label: "Grid map", swatch: "occupied", on: true, has: ({ model }) => model.map !== undefined },
@@ -48,6 +48,7 @@ export const kLayers: readonly LayerInfo[] = [
 ];
 
 const kSigmas = 3; ///< ellipses are drawn so many sigmas wide
+const kPointsEvery = 1500; // ms
 const kLongestPicture = 2048; // cells
 const kBend = 0.4; // px that a drawn path may be beside the true one
 const kLongestStep = 24; // px of a path drawn in one piece
@@ -77,6 +78,7 @@ export class Layers {
   private readonly make: Record<string, (key: string) => void>;
   private buffer = new Float32Array(4096);
   private pixel = 0.01; ///< m that a pixel of the screen is long, to a power of two: paths are as fine as that
+  private sorted = { version: -1, at: -Infinity };
   private trailEnds: { time: number; x: number; y: number }[] = []; ///< where the pieces of the trail end
 
   constructor(private readonly stage: Stage, private readonly session: Session) {
@@ -131,7 +133,8 @@ export class Layers {
     let more = false;
     if (shown("grid", versions.map)) for (const picture of this.pictures) picture.draw(colour(p.free), colour(p.occupied));
     if (shown("raster")) this.drawRaster(camera);
-    if (shown("points", versions.poses, versions.scans, versions.run)) more = this.points.draw(camera, colour(p.points), colour(p.pointsMany));
+    const newest = versions.poses + versions.scans + versions.run;
+    if (shown("points", this.pointsVersion(newest))) more = this.points.draw(camera, colour(p.points), colour(p.pointsMany)) || this.sorted.version !== newest;
     if (shown("segments", versions.segments)) this.lines.segments.draw({ width: 2.5 });
     if (shown("graph", versions.graph, versions.poses)) this.lines.graph.draw({ width: 1.2 }, 1e30, 0.55);
     if (shown("odometry", versions.estimates, this.pixel)) this.lines.odometry.draw({ width: 1.6 }, now);
@@ -156,12 +159,19 @@ export class Layers {
     return more;
   }
 
+  /// While a run grows, its returns are sorted anew only now and then.
+  private pointsVersion(newest: number): number {
+    const now = performance.now();
+    if (newest !== this.sorted.version && now - this.sorted.at > kPointsEvery) this.sorted = { version: newest, at: now };
+    return this.sorted.version;
+  }
+
   private drawNow(camera: Camera): void {
     const { session, palette: p } = this;
     const { estimates } = session.model;
     const row = session.row();
     this.scanDrawn = -1;
-    if (row < 0) return;
+    if (row < 0) return this.drawWithoutEstimate(camera);
     const pose = estimates.pose(row);
     if (this.on.get("scan")) {
       this.scanDots(this.dots.scan, estimates.scan[row] ?? 0, pose, packed(colour(p.scan)));
@@ -182,6 +192,17 @@ export class Layers {
       this.lines.ellipses.draw({ width: 1.6 });
     }
     this.drawRobot(pose, camera, estimates.health[row] ?? 0);
+  }
+
+  /// A mere recording: the newest scan around the robot.
+  private drawWithoutEstimate(camera: Camera): void {
+    const { model } = this.session;
+    if (model.estimates.size > 0 || model.newestScan < 0) return;
+    if (this.on.get("scan")) {
+      this.scanDots(this.dots.scan, model.newestScan, [0, 0, 0], packed(colour(this.palette.scan)));
+      this.dots.scan.draw(camera.scale > 60 ? 4 : 3);
+    }
+    this.drawRobot([0, 0, 0], camera, 0);
   }
 
   private scanDots(dots: Dots, scan: number, pose: Pose, rgba: number): void {

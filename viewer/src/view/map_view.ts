@@ -14,6 +14,8 @@ import { ToolHand } from "./tools.js";
 
 const kNearPose = 14; // px
 const kFlight = 350; // ms
+const kFitEvery = 500; // ms
+const kAroundRobot: [number, number, number, number] = [-10, -10, 10, 10]; // m, when there are only scans
 const kWall = 60; // of 100
 
 export class MapView {
@@ -29,13 +31,15 @@ export class MapView {
   private readonly cross = element("div", { class: "cross", "aria-hidden": "true" });
   private flight: { from: [number, number, number]; to: [number, number, number]; begin: number } | undefined;
   private drawn = "";
-  private fitted = false;
+  private auto = true; ///< nobody has moved the map: it shows all there is
+  private fittedTo = "";
+  private fittedAt = -Infinity;
   private ratio = 1;
 
   static async create(session: Session): Promise<MapView> {
     const renderer = new WebGLRenderer();
     const canvas = element("canvas", { class: "map-canvas", tabindex: "0", role: "application", "aria-label": "Map. Plus and minus zoom, shift and arrows move, Q and E turn, Enter uses the tool in the middle." });
-    await renderer.init({ canvas, width: 64, height: 64, antialias: false, backgroundAlpha: 1, resolution: 1, preference: "webgl" } as Parameters<WebGLRenderer["init"]>[0]);
+    await renderer.init({ canvas, width: 64, height: 64, antialias: false, backgroundAlpha: 1, resolution: 1, gcActive: false, textureGCActive: false });
     return new MapView(session, renderer, canvas);
   }
 
@@ -58,18 +62,29 @@ export class MapView {
         this.hover(px, py);
         this.hand.stroke(phase, ...this.camera.toMetres(px, py));
       },
-      moved: () => {
-        this.flight = undefined;
-        this.session.follow = false;
-        this.session.touch();
-      },
+      moved: () => this.moved(),
     });
     canvas.addEventListener("pointerleave", () => setText(this.pointer, ""));
     new ResizeObserver(() => this.resize()).observe(this.element);
   }
 
-  focus(): void {
-    this.canvas.focus();
+  /// A person moved the map.
+  moved(): void {
+    this.auto = false;
+    this.flight = undefined;
+    this.session.follow = false;
+    this.session.touch();
+  }
+
+  /// Turns or zooms about the middle, which following the robot allows.
+  zoom(factor: number): void {
+    this.auto = false;
+    this.camera.zoom(factor);
+    this.session.touch();
+  }
+  rotate(angle: number): void {
+    this.camera.rotate(angle);
+    this.session.touch();
   }
 
   private more = false;
@@ -81,7 +96,7 @@ export class MapView {
   /// Draws if anything changed since the last frame; whether it did.
   frame(): boolean {
     const { session } = this;
-    if (!this.fitted && this.fit()) this.fitted = true;
+    this.fitByItself();
     this.fly();
     if (session.follow) this.centreOnRobot();
     this.hand.drawDraft();
@@ -135,9 +150,20 @@ export class MapView {
   fit(): boolean {
     const box = this.contents();
     if (!box || this.camera.width < 2) return false;
+    this.auto = true;
+    this.flight = undefined;
     this.camera.fit(...box);
     this.session.touch();
     return true;
+  }
+
+  private fitByItself(): void {
+    const { versions, estimates, map, newestScan } = this.session.model;
+    const what = `${versions.map} ${map ? 0 : estimates.size} ${newestScan >= 0} ${this.camera.width} ${this.camera.height}`;
+    if (!this.auto || what === this.fittedTo || performance.now() - this.fittedAt < kFitEvery) return;
+    if (!this.fit()) return;
+    this.fittedTo = what;
+    this.fittedAt = performance.now();
   }
 
   private contents(): [number, number, number, number] | undefined {
@@ -146,7 +172,7 @@ export class MapView {
       const walls = wallsOf(map);
       if (walls) return walls;
     }
-    if (estimates.size === 0) return undefined;
+    if (estimates.size === 0) return this.session.model.newestScan >= 0 ? kAroundRobot : undefined;
     let box: [number, number, number, number] = [Infinity, Infinity, -Infinity, -Infinity];
     for (let row = 0; row < estimates.size; ++row) {
       const [x, y] = estimates.pose(row);
@@ -158,6 +184,7 @@ export class MapView {
   /// Goes there gently, zooming in if the view is far away.
   flyTo(x: number, y: number, scale = Math.max(this.camera.scale, 40)): void {
     this.session.follow = false;
+    this.auto = false;
     const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.flight = { from: [this.camera.x, this.camera.y, this.camera.scale], to: [x, y, scale], begin: performance.now() - (still ? kFlight : 0) };
   }
