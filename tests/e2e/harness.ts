@@ -66,14 +66,14 @@ export async function loaded(page: Page): Promise<void> {
   await settled(page);
 }
 
-/// Nothing has been drawn for a moment.
+/// Nothing has been drawn for a moment, and nothing is left to paint.
 export async function settled(page: Page): Promise<void> {
   await page.evaluate(async () => {
     const next = (): Promise<number> => new Promise((done) => requestAnimationFrame(done));
     for (let quiet = 0, last = -1; quiet < 4; ) {
       await next();
       const now = window.majak!.counts()["frames"]!;
-      quiet = now === last ? quiet + 1 : 0;
+      quiet = now === last && window.majak!.map.finished() ? quiet + 1 : 0;
       last = now;
     }
   });

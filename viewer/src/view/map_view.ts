@@ -110,6 +110,11 @@ export class MapView {
     return true;
   }
 
+  /// Nothing is left to paint.
+  finished(): boolean {
+    return !this.more;
+  }
+
   private write(): void {
     const { camera } = this;
     const step = roundLength(camera.scale, 56);
