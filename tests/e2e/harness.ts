@@ -45,13 +45,15 @@ export interface OpenOptions {
   height?: number;
   url?: string;
   dark?: boolean;
+  watch?: (page: Page) => void; ///< before anything is loaded
 }
 
 /// A page with the whole stream in it.
-export async function open({ width = 1000, height = 640, url, dark = false }: OpenOptions = {}): Promise<Page> {
+export async function open({ width = 940, height = 600, url, dark = false, watch }: OpenOptions = {}): Promise<Page> {
   assert.ok(browser);
   const page = await browser.newPage({ viewport: { width, height }, colorScheme: dark ? "dark" : "light", reducedMotion: "reduce" });
   page.setDefaultTimeout(15000);
+  watch?.(page);
   await page.goto(url ?? address ?? (await ownServer()).url);
   await loaded(page);
   return page;

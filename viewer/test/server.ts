@@ -82,7 +82,7 @@ export async function startServer(stream: Uint8Array, dist: string, port = 0): P
     if (!existsSync(file)) return response.writeHead(404).end();
     response.setHeader("content-type", kTypes[file.split(".").pop() ?? ""] ?? "application/octet-stream");
     // What the program sends as well: the page may not need more.
-    response.setHeader("content-security-policy", "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self'");
+    response.setHeader("content-security-policy", "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'");
     response.end(readFileSync(file));
   });
   const server: TestServer = {

@@ -35,8 +35,8 @@ export function helpDialog(keys: Key[]): HTMLDialogElement {
   const dialog = element("dialog", { "aria-label": "Help and keys" });
   dialog.append(
     element("h2", {}, "Keys"), list,
-    element("h2", { style: "margin-top:14px" }, "Mouse and fingers"),
+    element("h2", {}, "Mouse and fingers"),
     element("p", {}, "Drag moves the map (with a drawing tool: the right button does), the wheel or two fingers zoom, shift and drag or two fingers turn it. A click near the trail goes to that pose; a click in a chart goes to that time, a drag in it zooms, a double click shows all again."),
-    element("p", { style: "margin-top:10px;text-align:right" }, button("Close", () => dialog.close(), { class: "primary" })));
+    element("p", { class: "end" }, button("Close", () => dialog.close(), { class: "primary" })));
   return dialog;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The layers with their eyes.
-import { element, kIcons, setAttribute, svg } from "../dom.js";
+import { element, kIcons, svg } from "../dom.js";
 import type { Session } from "../session.js";
 import { type Layers, type LayerId, kLayers } from "../view/layers.js";
 
@@ -40,7 +40,7 @@ export class LayerList {
         row.eye.dataset["on"] = String(on);
         row.eye.innerHTML = svg(on ? kIcons.eye : kIcons.eyeOff);
       }
-      setAttribute(row.swatch, "style", `background:${layers.palette[name]}`);
+      row.swatch.style.background = layers.palette[name];
       row.label.hidden = !has(session);
     }
   }
