@@ -79,7 +79,13 @@ async function assemble(place: HTMLElement): Promise<Viewer> {
   } else {
     session.live = true;
     source = connect(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/stream${location.search}`, {
-      bytes: (bytes) => reader.feed(bytes),
+      bytes: (bytes) => {
+        try {
+          reader.feed(bytes);
+        } catch (error) {
+          head.say(`The stream cannot be read: ${error instanceof Error ? error.message : String(error)}.`, true);
+        }
+      },
       text: (text) => commands.answer(text),
       restart: () => {
         session.model.forget();
@@ -101,6 +107,7 @@ async function assemble(place: HTMLElement): Promise<Viewer> {
   let last = performance.now();
   let wordsAt = 0;
   const loop = (now: number): void => {
+    requestAnimationFrame(loop); // first: whatever goes wrong in one frame, there is a next
     session.advance(Math.min(0.5, (now - last) / 1000));
     last = now;
     setAttribute(root, "data-theme", session.night ? "night" : "day");
@@ -113,7 +120,6 @@ async function assemble(place: HTMLElement): Promise<Viewer> {
       for (const part of [head, tools, layers, timeline, charts, side]) part.frame();
     }
     hooks.frame(now, painted);
-    requestAnimationFrame(loop);
   };
   requestAnimationFrame(loop);
   window.majak = hooks;

@@ -89,6 +89,7 @@ export class Session {
       this.time = newest;
       return;
     }
+    if (estimates.size > 0 && this.time < this.epoch()) this.time = this.epoch();
     if (!this.playing) return;
     let place = this.axis.place(this.time) + seconds * this.speed;
     if (place >= this.axis.length) {

@@ -113,6 +113,9 @@ test("a new generation forgets; a broken record spoils only itself", () => {
   assert.equal(again.estimates.size, 1);
   const fresh = modelOf(...first, writer.json("/run", runRecord(1, "mapping", 2)));
   assert.deepEqual([fresh.estimates.size, fresh.run.generation], [0, 2]);
+  const other = new StreamWriter();
+  const fromNought = modelOf(other.begin(), other.json("/run", runRecord(1, "mapping", 0)), other.message("/estimate", estimate({ stamp: 0n, scan: 0, key: 0, pose: [0, 0, 0] })), other.json("/run", runRecord(1, "mapping", 1)));
+  assert.deepEqual([fromNought.versions.estimates > 0, fromNought.estimates.size], [true, 0]);
   const w = new CdrWriter();
   const keyed = modelOf(...first, writer.message("/key_poses", w.list([0], w.u32).list([5, 6, 1], w.f64).done()));
   near(keyed.estimates.pose(0), [5, 6, 1]);
@@ -129,6 +132,7 @@ test("commands: confirmed, refused, or of unknown fate; none is sent twice", () 
   commands.answer(`{"id":${a.id},"ok":true}`);
   commands.answer(`{"id":${b.id},"ok":false,"error":"no"}`);
   commands.answer(`{"id":99,"ok":true}`);
+  commands.answer("no JSON");
   open = false;
   commands.linkLost();
   commands.linkLost();

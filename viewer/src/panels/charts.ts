@@ -105,6 +105,7 @@ class Chart {
 
   private text(one: Series, value: number): string {
     if (this.info.steps) return ["ok", "degraded", "lost"][value] ?? "";
+    if (!Number.isFinite(value)) return "";
     return `${fixed(value, one.digits)}${one.unit === "" ? "" : one.unit === "\u00b0" ? "\u00b0" : ` ${one.unit}`}`;
   }
 

@@ -29,7 +29,8 @@ export class Side {
       this.edit.finished(finished);
       localize.finished(finished);
     };
-    map.onPick = () => this.showPose();
+    map.onPick = () => this.show(0);
+    map.onPickClosure = () => this.show(1);
     map.hand.onCancel = () => {
       session.tool = "look";
       session.touch();
@@ -68,12 +69,8 @@ export class Side {
       setAttribute(tab, "aria-selected", String(i === which));
       setAttribute(tab, "tabindex", i === which ? "0" : "-1");
     });
+    this.pages[which]?.page.frame();
     this.session.touch();
-  }
-
-  /// The pose, when one was asked for on the map while another tab was open.
-  showPose(): void {
-    if (this.open !== 0) this.show(0);
   }
 
   frame(): void {

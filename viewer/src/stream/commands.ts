@@ -11,6 +11,15 @@ export interface Command {
   error: string;
 }
 
+/// What is no JSON answers no command.
+function parsed(text: string): { id?: number; ok?: boolean; error?: string } {
+  try {
+    return JSON.parse(text) as { id?: number; ok?: boolean; error?: string };
+  } catch {
+    return {};
+  }
+}
+
 export class Commands {
   readonly log: Command[] = [];
   version = 0;
@@ -31,7 +40,7 @@ export class Commands {
   }
 
   answer(text: string): void {
-    const reply = JSON.parse(text) as { id?: number; ok?: boolean; error?: string };
+    const reply = parsed(text);
     const command = this.log.find((one) => one.id === reply.id);
     if (command) this.settle(command, reply.ok ? "done" : "refused", reply.error ?? "");
   }

@@ -27,6 +27,7 @@ export class Model {
   status: Status = {};
   newestScan = -1;
   newestStamp = 0n; ///< ns, of that scan
+  private generation: number | undefined;
   refused = 0; ///< records that could not be read
   readonly versions: Record<Part, number> = { run: 0, estimates: 0, poses: 0, scans: 0, map: 0, graph: 0, truth: 0, segments: 0, particles: 0, hypotheses: 0, landmarks: 0, closures: 0, edits: 0, status: 0 };
 
@@ -68,13 +69,15 @@ export class Model {
   }
 
   private takeRun(run: Run): void {
-    if (run.generation !== this.run.generation && this.run.generation !== 0) this.forget();
+    if (this.generation !== undefined && run.generation !== this.generation) this.forget();
+    this.generation = run.generation;
     this.run = run;
     this.changed("run");
   }
 
   /// A whole new picture follows.
   forget(): void {
+    this.generation = undefined;
     this.estimates = new Estimates();
     this.scans = new Scans();
     this.map = undefined;

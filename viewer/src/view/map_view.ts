@@ -13,6 +13,7 @@ import { Layers } from "./layers.js";
 import { ToolHand } from "./tools.js";
 
 const kNearPose = 14; // px
+const kNearLine = 8; // px
 const kFlight = 350; // ms
 const kFitEvery = 500; // ms
 const kAroundRobot: [number, number, number, number] = [-10, -10, 10, 10]; // m, when there are only scans
@@ -24,6 +25,7 @@ export class MapView {
   readonly hand: ToolHand;
   frames = 0;
   onPick: () => void = () => undefined; ///< a pose was asked for
+  onPickClosure: () => void = () => undefined;
   private readonly words = element("div", { class: "map-words", "aria-hidden": "true" });
   private readonly scaleBar = element("div", { class: "scale-bar" });
   private readonly scaleText = element("span");
@@ -243,10 +245,33 @@ export class MapView {
       }
     }
     this.session.selected = best;
-    if (best >= 0) this.session.goToRow(best);
-    if (best >= 0) this.onPick();
+    if (best >= 0) {
+      this.session.goToRow(best);
+      this.onPick();
+    } else if (this.layers.on.get("closures")) this.pickClosure(px, py);
     this.session.touch();
   }
+
+  private pickClosure(px: number, py: number): void {
+    const { estimates, closures } = this.session.model;
+    let nearest = kNearLine;
+    closures.forEach(({ from, to }, i) => {
+      const rows = [estimates.row(from), estimates.row(to)] as const;
+      if (rows[0] < 0 || rows[1] < 0) return;
+      const distance = toPiece([px, py], this.camera.toPixels(...xy(estimates.pose(rows[0]))), this.camera.toPixels(...xy(estimates.pose(rows[1]))));
+      if (distance >= nearest) return;
+      nearest = distance;
+      this.session.closure = i;
+    });
+    if (nearest < kNearLine) this.onPickClosure();
+  }
+}
+
+/// From a point to the piece of a line between two others.
+function toPiece(p: readonly [number, number], a: readonly [number, number], b: readonly [number, number]): number {
+  const [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+  const t = Math.min(1, Math.max(0, ((p[0] - a[0]) * dx + (p[1] - a[1]) * dy) / Math.max(dx * dx + dy * dy, 1e-12)));
+  return Math.hypot(p[0] - a[0] - t * dx, p[1] - a[1] - t * dy);
 }
 
 const xy = (pose: readonly [number, number, number]): [number, number] => [pose[0], pose[1]];
