@@ -111,9 +111,11 @@ void RunView::change(bool poses, const std::function<void(Site&)>& how) {
   if (poses) changed = slam::reoptimised(std::move(changed), options_.mapping.graph_slam, threads_);
   if (folder_ && poses) io::write_site(*folder_ / "site.majak", changed);
   if (folder_ && !poses) io::write_edits(*folder_ / "site.majak", changed);
+  const double turned = angle_diff(map::turn_of(changed), map::turn_of(kept_));
   kept_ = std::move(changed);
   files_are_old_ = true;
   shown_ = std::make_shared<const Site>(map::with_edits(kept_));
+  if (folder_ && turned != 0) turn_labels(*folder_, turned);
 }
 
 void RunView::edit(const serve::Edit& wanted) {
