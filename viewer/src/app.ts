@@ -22,6 +22,7 @@ export interface Viewer {
 }
 
 const kWordsEvery = 100; // ms
+const kNarrow = 760; // px; as in style.css
 
 /// The page in `place`, which gives the size. Without data in the document it connects to the server it came from.
 export async function mount(place: HTMLElement): Promise<Viewer | undefined> {
@@ -68,6 +69,7 @@ async function assemble(place: HTMLElement): Promise<Viewer> {
   map.element.append(layers.element, tools.element, tools.hint);
   root.append(head.element, head.banner, map.element, element("div", { class: "foot" }, charts.element, timeline.element), side.element, help);
   place.append(root);
+  if (place.clientWidth < kNarrow) showSide();
   listen(root, place.parentElement === document.body && document.body.classList.contains("majak-page"), keys);
 
   const newReader = (): McapReader => new McapReader((message) => session.model.apply(message));

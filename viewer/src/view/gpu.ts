@@ -352,7 +352,7 @@ void main() {
 
   destroy(): void {
     this.geometry.destroy(true);
-    this.source.destroy();
     this.shader.destroy();
+    this.source.destroy();
   }
 }

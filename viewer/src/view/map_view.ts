@@ -41,7 +41,7 @@ export class MapView {
   static async create(session: Session): Promise<MapView> {
     const renderer = new WebGLRenderer();
     const canvas = element("canvas", { class: "map-canvas", tabindex: "0", role: "application", "aria-label": "Map. Plus and minus zoom, shift and arrows move, Q and E turn, Enter uses the tool in the middle." });
-    await renderer.init({ canvas, width: 64, height: 64, antialias: false, backgroundAlpha: 1, resolution: 1, gcActive: false, textureGCActive: false });
+    await renderer.init({ canvas, width: 64, height: 64, antialias: false, backgroundAlpha: 1, resolution: 1, gcActive: false });
     return new MapView(session, renderer, canvas);
   }
 
