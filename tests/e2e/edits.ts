@@ -55,8 +55,10 @@ topic("every edit tool: drawn, confirmed, listed, shown; undo and redo", async (
     await page.waitForFunction((n) => window.majak!.counts()["edits"] === n, all - i);
   }
   await page.keyboard.press("Control+Shift+Z");
+  await lastCommand(page);
   await page.waitForFunction((n) => window.majak!.counts()["edits"] === n, first + 1);
   await page.keyboard.press("Control+z");
+  await lastCommand(page);
   await page.waitForFunction((n) => window.majak!.counts()["edits"] === n, first);
   await page.getByRole("button", { name: "Write files" }).click();
   assert.deepEqual(await lastCommand(page), { do: "write_files", fate: "done", error: "" });

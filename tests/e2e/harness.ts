@@ -16,6 +16,7 @@ declare global {
   }
 }
 
+const kLongestCommand = 60_000; // ms: a large run is optimised anew
 const kFlags = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"];
 
 let browser: Browser | undefined;
@@ -126,7 +127,7 @@ export async function drag(page: Page, from: readonly [number, number], to: read
 
 /// The newest command, once its fate is known.
 export async function lastCommand(page: Page): Promise<{ do: string; fate: string; error: string }> {
-  await page.waitForFunction(() => window.majak!.session.commands.log.length > 0 && window.majak!.session.commands.pending().length === 0);
+  await page.waitForFunction(() => window.majak!.session.commands.log.length > 0 && window.majak!.session.commands.pending().length === 0, undefined, { timeout: kLongestCommand });
   return page.evaluate(() => {
     const { do: what, fate, error } = window.majak!.session.commands.log.at(-1)!;
     return { do: what, fate, error };

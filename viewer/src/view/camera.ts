@@ -57,16 +57,17 @@ export class Camera {
     this.hold(x, y, px, py);
   }
 
-  /// All of a box in m, with a margin in px.
-  fit(x0: number, y0: number, x1: number, y1: number, margin = 60): void {
+  /// All of a box in m, clear of the view's edges by so many pixels: left, right, above and below.
+  fit(x0: number, y0: number, x1: number, y1: number, left = 40, right = 40, high = 40): void {
     const c = Math.abs(Math.cos(this.rotation));
     const s = Math.abs(Math.sin(this.rotation));
     const wide = c * (x1 - x0) + s * (y1 - y0);
-    const high = s * (x1 - x0) + c * (y1 - y0);
+    const tall = s * (x1 - x0) + c * (y1 - y0);
     this.x = (x0 + x1) / 2;
     this.y = (y0 + y1) / 2;
-    const scale = Math.min(Math.max(40, this.width - 2 * margin) / Math.max(wide, 0.5), Math.max(40, this.height - 2 * margin) / Math.max(high, 0.5));
+    const scale = Math.min(Math.max(40, this.width - left - right) / Math.max(wide, 0.5), Math.max(40, this.height - 2 * high) / Math.max(tall, 0.5));
     this.scale = Math.min(kLargestScale, Math.max(kSmallestScale, scale));
+    this.pan((left - right) / 2, 0);
   }
 
   private hold(x: number, y: number, px: number, py: number): void {

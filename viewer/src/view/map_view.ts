@@ -159,9 +159,16 @@ export class MapView {
     if (!box || this.camera.width < 2) return false;
     this.auto = true;
     this.flight = undefined;
-    this.camera.fit(...box);
+    this.camera.fit(...box, this.covered("left"), this.covered("right"), 34);
     this.session.touch();
     return true;
+  }
+
+  /// Pixels that the cards at that side of the map hide, if enough is left between them.
+  private covered(side: "left" | "right"): number {
+    const card = this.element.querySelector(side === "left" ? ".layers" : ".map-tools");
+    const width = card instanceof HTMLElement && !(card instanceof HTMLDetailsElement && !card.open) ? card.offsetWidth : 0;
+    return this.camera.width > 480 ? width + 28 : 28;
   }
 
   private fitByItself(): void {
