@@ -93,7 +93,7 @@ export class ClosuresPanel {
   private list(): void {
     const { closures } = this.session.model;
     const off = closures.filter((one) => !one.enabled).length;
-    setText(this.summary, closures.length === 0 ? "This run has no loop closures." : `${count(closures.length)} closures${off > 0 ? `, ${off} switched off` : ""}. Click one to see its two scans.`);
+    setText(this.summary, closures.length === 0 ? "This run has no loop closures." : `${count(closures.length)} closures${off > 0 ? `, ${off} switched off` : ""}. Click one to see its two scans.${closures.length > kMostRows ? ` The first ${kMostRows} in this order are listed.` : ""}`);
     const { by, down } = this.sort;
     for (const [id, cell] of this.heads) setAttribute(cell, "aria-sort", id !== by ? "none" : down ? "descending" : "ascending");
     const order = closures.map((_, i) => i).sort((a, b) => (down ? -1 : 1) * ((closures[a]?.[by] ?? 0) - (closures[b]?.[by] ?? 0)) || a - b);

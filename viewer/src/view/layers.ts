@@ -142,7 +142,7 @@ export class Layers {
     if (shown("truth", versions.truth, this.pixel)) this.lines.truth.draw({ width: 1.8 }, now);
     if (shown("trail", versions.poses, this.pixel)) this.lines.trail.draw({ width: 1.7 }, now, 0.9);
     if (this.on.get("trail")) this.drawTrailEnd(now);
-    if (shown("closures", versions.closures, versions.poses, session.closure)) this.lines.closures.draw({ width: 1.8 });
+    if (shown("closures", versions.closures, versions.poses, session.closure)) this.lines.closures.draw({ width: 1.4 });
     if (session.closure >= 0) this.drawClosure();
     if (shown("landmarks", versions.landmarks)) {
       this.lines.landmarks.draw({ width: 1.5 });
