@@ -47,6 +47,20 @@ EditKind kind_of(serve::EditKind kind) {
   return EditKind::turn;
 }
 
+/// x1 y1 x2 y2 of each. Key scans tell enough for a picture.
+std::vector<float> walls_of(const Site& site) {
+  Site keys;
+  for (const PosedScan& posed : site.scans)
+    if (posed.key) keys.scans.push_back(posed);
+  std::vector<map::Segment> walls = map::build_segments(keys).segments();
+  for (const map::Segment& drawn : map::drawn_walls(site, 1)) walls.push_back(drawn);
+  std::vector<float> ends;
+  for (const map::Segment& s : walls)
+    for (const Vec2& p : {s.a, s.b})
+      for (const double v : {p.x(), p.y()}) ends.push_back(static_cast<float>(v));
+  return ends;
+}
+
 }  // namespace
 
 RunView::RunView(Viewer& viewer, Site kept, std::optional<std::filesystem::path> folder,
@@ -57,12 +71,19 @@ RunView::RunView(Viewer& viewer, Site kept, std::optional<std::filesystem::path>
   grid_ = map::build_occupancy_grid(*shown_, options_.grid, threads_);
   begin();
   viewer_.set_doer([this](const serve::Command& command) { run(command); });
-  tell_segments_soon();
+  tell_walls();
+  wall_maker_ = std::thread([this] { make_walls(); });
 }
 
 RunView::~RunView() {
   viewer_.set_doer({});
   robot_.reset();
+  {
+    const std::lock_guard lock(walls_mutex_);
+    ended_ = true;
+  }
+  walls_wanted_.notify_one();
+  wall_maker_.join();
   if (!files_are_old_ || !folder_) return;
   try {
     write_files();
@@ -167,21 +188,30 @@ void RunView::tell_changes() {
   hub.set("/map", io::view_map(grid_));
   hub.set("/graph", view.graph());
   if (std::string truth = view.truth(); !truth.empty()) hub.set("/truth", std::move(truth));
-  tell_segments_soon();
+  tell_walls();
 }
 
-// They take longer than anyone wants to wait for an answer.
-void RunView::tell_segments_soon() {
-  viewer_.when_idle([this] { tell_segments(); });
+void RunView::tell_walls() {
+  const std::lock_guard lock(walls_mutex_);
+  walls_of_ = shown_;
+  walls_wanted_.notify_one();
 }
 
-void RunView::tell_segments() {
-  std::vector<float> ends;
-  const map::SegmentMap built = map::build_segments(*shown_);
-  for (const map::Segment& s : built.segments())
-    for (const Vec2& p : {s.a, s.b})
-      for (const double v : {p.x(), p.y()}) ends.push_back(static_cast<float>(v));
-  viewer_.hub().set("/segments", io::view_segments(ends));
+void RunView::make_walls() {
+  std::unique_lock lock(walls_mutex_);
+  while (true) {
+    walls_wanted_.wait(lock, [&] { return ended_ || walls_of_; });
+    if (ended_) return;
+    const auto site = std::exchange(walls_of_, nullptr);
+    lock.unlock();
+    std::string record;
+    try {
+      record = io::view_segments(walls_of(*site));
+    } catch (const Error&) {  // a layer less is no reason to end
+    }
+    lock.lock();
+    if (!record.empty() && !walls_of_ && !ended_) viewer_.hub().set("/segments", std::move(record));
+  }
 }
 
 void RunView::write_files() {
@@ -195,7 +225,7 @@ void RunView::localize(const serve::Localize& wanted) {
   stop_localizing();
   robot_ = std::make_unique<RobotView>(viewer_, *shown_, grid_, wanted.method);
   begin();
-  tell_segments_soon();
+  tell_walls();
   robot_->start();
 }
 
@@ -203,7 +233,7 @@ void RunView::stop_localizing() {
   if (!robot_) return;
   robot_.reset();
   begin();
-  tell_segments_soon();
+  tell_walls();
 }
 
 }  // namespace majak::app

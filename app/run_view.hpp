@@ -2,11 +2,14 @@
 // A finished run on the page, and what people correct on it.
 #pragma once
 
+#include <condition_variable>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <thread>
 #include <vector>
 
 #include "app/results.hpp"
@@ -41,8 +44,8 @@ class RunView {
   RobotView& robot();
   void change(bool poses, const std::function<void(Site&)>& how);
   void tell_changes();
-  void tell_segments();
-  void tell_segments_soon();
+  void tell_walls();
+  void make_walls();
   void write_files();
   bool localizing() const { return robot_ != nullptr; }
 
@@ -56,6 +59,13 @@ class RunView {
   std::vector<Edit> undone_;    ///< that can be made again, the last one first
   bool files_are_old_ = false;  ///< the run's other files do not have the corrections yet
   std::unique_ptr<RobotView> robot_;
+
+  // Walls as lines take seconds: they are made aside, and told when they are still true.
+  std::mutex walls_mutex_;
+  std::condition_variable walls_wanted_;
+  std::shared_ptr<const Site> walls_of_;  ///< to be made; nothing: none
+  bool ended_ = false;
+  std::thread wall_maker_;
 };
 
 }  // namespace majak::app

@@ -77,31 +77,13 @@ void Viewer::set_doer(Doer doer) {
 void Viewer::work() {
   while (true) {
     std::unique_lock lock(queue_mutex_);
-    arrived_.wait(lock, [&] { return ended_ || !queue_.empty() || idle_task_; });
+    arrived_.wait(lock, [&] { return ended_ || !queue_.empty(); });
     if (ended_) return;
-    if (queue_.empty()) {
-      const auto task = std::exchange(idle_task_, {});
-      lock.unlock();
-      do_idle_task(task);
-      continue;
-    }
     const auto [command, reply] = std::move(queue_.front());
     queue_.pop_front();
     lock.unlock();
     answer(command, reply);
   }
-}
-
-// What it was for may have gone meanwhile, and with it what it reads.
-void Viewer::do_idle_task(const std::function<void()>& task) {
-  const std::lock_guard lock(doing_);
-  if (doer_) task();
-}
-
-void Viewer::when_idle(std::function<void()> task) {
-  const std::lock_guard lock(queue_mutex_);
-  idle_task_ = std::move(task);
-  arrived_.notify_one();
 }
 
 void Viewer::answer(const serve::Command& command, const serve::Reply& reply) {

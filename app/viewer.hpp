@@ -51,15 +51,11 @@ class Viewer {
   /// From now on; waits for the command that is being worked off. An empty one refuses all.
   void set_doer(Doer doer);
 
-  /// Done once on the commands' thread when none waits; the last one that was asked for.
-  void when_idle(std::function<void()> task);
-
   /// Until Ctrl-C.
   void wait();
 
  private:
   void work();
-  void do_idle_task(const std::function<void()>& task);
   void answer(const serve::Command& command, const serve::Reply& reply);
 
   serve::Hub hub_;
@@ -67,7 +63,6 @@ class Viewer {
   std::mutex doing_, queue_mutex_;
   Doer doer_;
   std::deque<std::pair<serve::Command, serve::Reply>> queue_;
-  std::function<void()> idle_task_;
   std::condition_variable arrived_;
   bool ended_ = false;
   std::thread worker_;

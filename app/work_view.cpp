@@ -74,7 +74,8 @@ void WorkView::tell(const PosedScan& posed, std::size_t number, std::size_t key,
   view.is_key = posed.key;
   view.estimate = posed.estimate;
   view.estimate.time = posed.scan.time;
-  // How sure the place is only the whole run tells. Against what the first scan matched was nothing.
+  // How sure the place is only the whole run tells. Against what the first scan matched was
+  // nothing.
   view.estimate.covariance.setConstant(std::numeric_limits<double>::quiet_NaN());
   view.match_score = number == 0 ? 1.0F : posed.match_score;
   if (view.match_score < slam::kLostScore) view.estimate.health = Health::lost;

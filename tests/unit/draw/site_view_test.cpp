@@ -74,9 +74,9 @@ Told told(const SiteView& view) {
 
 TEST(SiteView, TellsEstimatesThenKeyScansThenTheOthers) {
   const Told all = told(SiteView(five_scans(), {}));
-  EXPECT_THAT(all.topics,
-              ElementsAre("/run", "/graph", "/closures", "/estimate", "/estimate", "/estimate",
-                          "/estimate", "/estimate", "/scan", "/scan", "/scan", "/scan", "/scan"));
+  EXPECT_THAT(all.topics, ElementsAre("/run", "/map", "/estimate", "/estimate", "/estimate",
+                                      "/estimate", "/estimate", "/graph", "/closures", "/edits",
+                                      "/scan", "/scan", "/scan", "/scan", "/scan"));
   EXPECT_THAT(all.scans, ElementsAre("laser0:1", "laser0:3", "laser0:5", "laser0:2", "laser1:4"));
   EXPECT_EQ(all.run["name"], "five <1>.log");
   EXPECT_EQ(all.run["scans"], 5);

@@ -6,6 +6,7 @@
 #include "log_fixtures.hpp"
 #include "majak/core/error.hpp"
 #include "majak/core/random.hpp"
+#include "majak/io/byte_stream.hpp"
 #include "majak/io/piece_reader.hpp"
 
 namespace majak::io {
@@ -93,6 +94,18 @@ TEST(PieceReader, GivesPiecesAndWhatThereWas) {
   EXPECT_EQ(pieces.position(), whole.size());
   EXPECT_FALSE(pieces.skip(1));
   EXPECT_TRUE(pieces.read(piece, 0));
+}
+
+TEST(Gzip, ReadsBackAsItWas) {
+  for (const std::string& plain : {std::string(), std::string("a"), std::string(100000, 'x')}) {
+    auto opened = open_bytes_in_memory(gzip(plain));
+    std::string back, more(4096, ' ');
+    while (const std::size_t n = opened.bytes->read(more.data(), more.size()))
+      back.append(more, 0, n);
+    EXPECT_EQ(back, plain);
+  }
+  EXPECT_EQ(gzip("same"), gzip("same"));
+  EXPECT_LT(gzip(std::string(100000, 'x')).size(), 200U);
 }
 
 }  // namespace
