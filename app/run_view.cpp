@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <cstring>
 #include <utility>
 #include <variant>
 
@@ -47,6 +48,11 @@ EditKind kind_of(serve::EditKind kind) {
   return EditKind::turn;
 }
 
+bool same_ranges(const Scan& a, const Scan& b) {  // bit by bit: what is not a number equals nothing
+  return a.ranges.size() == b.ranges.size() &&
+         std::memcmp(a.ranges.data(), b.ranges.data(), a.ranges.size() * sizeof(float)) == 0;
+}
+
 /// x1 y1 x2 y2 of each. Key scans tell enough for a picture.
 std::vector<float> walls_of(const Site& site) {
   Site keys;
@@ -67,6 +73,8 @@ RunView::RunView(Viewer& viewer, Site kept, std::optional<std::filesystem::path>
                  Threads threads)
     : viewer_(viewer), folder_(std::move(folder)), threads_(threads), kept_(std::move(kept)) {
   if (!kept_.options_toml.empty()) options_ = options_of(kept_);
+  // Somebody ended before the files had what was corrected.
+  files_are_old_ = folder_ && std::filesystem::exists(io::edits_file(*folder_ / "site.majak"));
   shown_ = std::make_shared<const Site>(map::with_edits(kept_));
   grid_ = map::build_occupancy_grid(*shown_, options_.grid, threads_);
   begin();
@@ -93,6 +101,8 @@ RunView::~RunView() {
 }
 
 void RunView::begin() {
+  told_ = shown_;
+  changed_.assign(shown_->scans.size(), false);
   const auto view = std::make_shared<const draw::SiteView>(
       shown_, draw::SiteViewOptions{.state = robot_ ? "localizing" : "finished",
                                     .may = commands(folder_.has_value(), localizing()),
@@ -177,12 +187,24 @@ void RunView::switch_closure(const serve::SwitchClosure& wanted) {
   tell_changes();
 }
 
-// Scans are as they were: only what was made of them is told anew.
+// Returns that were erased go from the page, and come back where that is undone.
+void RunView::tell_changed_scans(const draw::SiteView& view) {
+  std::string records;
+  for (std::size_t i = 0; i < changed_.size(); ++i) {
+    if (!same_ranges(shown_->scans[i].scan, told_->scans[i].scan)) changed_[i] = true;
+    if (changed_[i]) records += view.scan_number(i);
+  }
+  if (!records.empty())
+    viewer_.hub().set("/changed_scans", std::move(records), shown_->scans.size());
+}
+
+// Most scans are as they were: what was made of them is told anew.
 void RunView::tell_changes() {
   const draw::SiteView view(shown_, {});
   serve::Hub& hub = viewer_.hub();
   grid_ = map::build_occupancy_grid(*shown_, options_.grid, threads_);
   hub.set("/estimates", view.estimates());
+  tell_changed_scans(view);
   hub.set("/closures", view.closures());
   hub.set("/edits", view.edits(!undone_.empty(), folder_.has_value()));
   hub.set("/map", io::view_map(grid_));

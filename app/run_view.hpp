@@ -44,6 +44,7 @@ class RunView {
   RobotView& robot();
   void change(bool poses, const std::function<void(Site&)>& how);
   void tell_changes();
+  void tell_changed_scans(const draw::SiteView& view);
   void tell_walls();
   void make_walls();
   void write_files();
@@ -55,6 +56,8 @@ class RunView {
   RunOptions options_;
   Site kept_;
   std::shared_ptr<const Site> shown_;
+  std::shared_ptr<const Site> told_;  ///< as it was when all was told
+  std::vector<bool> changed_;         ///< scans that have looked otherwise since
   map::OccupancyGrid grid_;
   std::vector<Edit> undone_;    ///< that can be made again, the last one first
   bool files_are_old_ = false;  ///< the run's other files do not have the corrections yet

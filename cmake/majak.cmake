@@ -27,12 +27,32 @@ function(majak_precompile target)
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)
 endfunction()
 
-# majak_together(target...): their sources, six at a time, as one: what they instantiate of templates is compiled once. Takes half
-# of the compiler's time away; their unnamed namespaces must not name two things alike.
+include(cmake/together.cmake)
+
+# majak_together(target...): its sources, six at a time, as one; where together.cmake has lines for the target, those lines, each
+# as one. Their unnamed namespaces must not name two things alike.
 function(majak_together)
-  if(MAJAK_TOGETHER)
-    set_target_properties(${ARGN} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+  if(NOT MAJAK_TOGETHER)
+    return()
   endif()
+  foreach(target IN LISTS ARGN)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+    if(NOT DEFINED MAJAK_TOGETHER_${target})
+      continue()
+    endif()
+    set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
+    get_target_property(sources ${target} SOURCES)
+    set(number 0)
+    foreach(line IN LISTS MAJAK_TOGETHER_${target})
+      math(EXPR number "${number} + 1")
+      string(REPLACE " " ";" names "${line}")
+      foreach(name IN LISTS names)
+        set(found ${sources})
+        list(FILTER found INCLUDE REGEX "/${name}\\.cpp$")
+        set_source_files_properties(${found} PROPERTIES UNITY_GROUP ${number})
+      endforeach()
+    endforeach()
+  endforeach()
 endfunction()
 
 # majak_layer(name USES lower... PUBLIC lib... PRIVATE lib...): the library of folder majak/<name>.

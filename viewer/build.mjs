@@ -14,7 +14,7 @@ async function page() {
     format: "iife",
     globalName: "majakViewer",
     target: "es2022",
-    legalComments: "none",
+    legalComments: "eof",
     outdir: "dist",
     logLevel: "warning",
   });

@@ -160,8 +160,7 @@ std::string SiteView::estimates() const {
   return records;
 }
 
-std::string SiteView::scan(std::size_t i) const {
-  const std::size_t number = scans_[i];
+std::string SiteView::scan_number(std::size_t number) const {
   return io::view_scan(number, site_->scans[number].scan, laser_of_[number]);
 }
 

@@ -32,7 +32,7 @@ std::string view_run(const RunTold& run);
 std::size_t laser_number(std::vector<Pose2>& lasers, const Pose2& T_robot_laser);
 
 struct SiteViewOptions {
-  bool keys_only = false;  ///< scans between key scans are left out
+  bool keys_only = false;             ///< scans between key scans are left out
   std::size_t most_scans = SIZE_MAX;  ///< that are told; of more, evenly some
   std::string state = "finished";
   std::string version{};           ///< of the program
@@ -55,7 +55,9 @@ class SiteView {
 
   /// Scans, one by one: the key scans, then those between them.
   std::size_t scans() const { return scans_.size(); }
-  std::string scan(std::size_t i) const;
+  std::string scan(std::size_t i) const { return scan_number(scans_[i]); }
+  /// By its number in the run.
+  std::string scan_number(std::size_t number) const;
 
  private:
   std::shared_ptr<const Site> site_;

@@ -47,15 +47,16 @@ export interface OpenOptions {
   url?: string;
   dark?: boolean;
   watch?: (page: Page) => void; ///< before anything is loaded
+  own?: boolean; ///< the tests' own server, whatever address was given
 }
 
 /// A page with the whole stream in it.
-export async function open({ width = 940, height = 600, url, dark = false, watch }: OpenOptions = {}): Promise<Page> {
+export async function open({ width = 940, height = 600, url, dark = false, watch, own = false }: OpenOptions = {}): Promise<Page> {
   assert.ok(browser);
   const page = await browser.newPage({ viewport: { width, height }, colorScheme: dark ? "dark" : "light", reducedMotion: "reduce" });
   page.setDefaultTimeout(15000);
   watch?.(page);
-  await page.goto(url ?? address ?? (await ownServer()).url);
+  await page.goto(url ?? (own ? undefined : address) ?? (await ownServer()).url);
   await loaded(page);
   return page;
 }
@@ -171,5 +172,5 @@ export function topic(name: string, steps: (page: Page) => Promise<void>, option
 
 /// A topic that needs the tests' own server.
 export function ownTopic(name: string, steps: (page: Page, server: TestServer) => Promise<void>, options?: OpenOptions): void {
-  if (!address) topic(name, async (page) => steps(page, await ownServer()), options);
+  topic(name, async (page) => steps(page, await ownServer()), address ? { ...options, own: true } : options);
 }
