@@ -68,7 +68,14 @@ RobotView::~RobotView() {
 }
 
 void RobotView::start() {
-  driver_ = std::thread([this] { drive(); });
+  driver_ = std::thread([this] {
+    try {
+      drive();
+    } catch (const std::exception& e) {  // the robot stands still, and the page says why
+      const nlohmann::json status{{"activity", std::string("the robot stopped: ") + e.what()}};
+      viewer_.hub().set("/status", io::view_json(io::ViewTopic::status, status.dump()));
+    }
+  });
 }
 
 void RobotView::start_at(const Pose2& T_map_robot) {

@@ -83,7 +83,11 @@ void WorkView::tell(const PosedScan& posed, std::size_t number, std::size_t key,
   view.T_map_front_end = posed.T_map_robot_front_end;
   if (posed.T_odom_robot && T_odom_first_)
     view.T_map_odometry = between(*T_odom_first_, *posed.T_odom_robot);
-  viewer_.hub().append(io::view_estimate(view));
+  // Of a recording nothing stays here: it may go on for days.
+  if (run_.state == "recording")
+    viewer_.hub().set("/estimate", io::view_estimate(view), serve::kInOrder);
+  else
+    viewer_.hub().append(io::view_estimate(view));
 
   const Time now = live_clock();
   if (posed.key) {
@@ -158,7 +162,11 @@ void WorkView::draw_grids() {
     for (PosedScan& posed : growth.added) site.scans.push_back(std::move(posed));
     for (std::size_t k = 0; k < site.scans.size(); ++k)
       site.scans[k].estimate.T_map_robot = growth.poses[k];
-    viewer_.hub().set("/map", io::view_map(map::build_occupancy_grid(site, grid_, {1})));
+    try {
+      viewer_.hub().set("/map", io::view_map(map::build_occupancy_grid(site, grid_, {1})));
+    } catch (const std::exception&) {  // who works will meet the same, and say so
+      return;
+    }
   }
 }
 

@@ -72,7 +72,7 @@ font:15px/1.5 system-ui,-apple-system,"Segoe UI",sans-serif}
 main{max-width:1060px;margin:0 auto;padding:28px 20px 60px}
 h1{font-size:26px;margin:0 0 2px;letter-spacing:-.01em}h2{font-size:17px;margin:0 0 10px}
 p{margin:0 0 8px}.soft{color:var(--soft)}.lead{font-size:16px;max-width:70ch;margin:8px 0 20px}
-section{background:var(--card);border:1px solid var(--rule);border-radius:10px;padding:18px 20px;
+section:not(.majak section){background:var(--card);border:1px solid var(--rule);border-radius:10px;padding:18px 20px;
 margin:16px 0}
 .tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(150px,1fr));gap:12px;margin:16px 0}
 .tile{background:var(--card);border:1px solid var(--rule);border-radius:10px;padding:12px 14px}
@@ -80,7 +80,7 @@ margin:16px 0}
 .tile span{color:var(--soft);font-size:13px}.tile i{display:block;font-style:normal}
 .wide{width:min(96vw,1600px);margin:16px calc(50% - min(48vw,800px))}
 .wide>div{height:82vh;border:1px solid var(--rule);border-radius:10px;overflow:hidden}
-svg{display:block;width:100%;height:auto}
+svg:not(.majak svg){display:block;width:100%;height:auto}
 svg text{fill:var(--soft);font-size:12px;font-family:inherit}
 .map{max-height:82vh;border-radius:6px;background:#cdcdcd;touch-action:none;cursor:grab}
 .map .picture{image-rendering:pixelated}@media(prefers-color-scheme:dark){.map{background:#2e2e2e}}
