@@ -135,7 +135,8 @@ const TrialLog& half() {
 TEST(MappingTrial, SaysHowRightAndHowHonest) {
   double ticks = 0;
   const auto clock = [&] { return ticks += 1e-3; };
-  const MappingScore s = try_mapping(table_drive(), methods::mapping_method("graph-slam"), {}, {}, clock);
+  const MappingScore s =
+      try_mapping(table_drive(), methods::mapping_method("graph-slam"), {}, {}, clock);
   ASSERT_TRUE(s.ran);
   EXPECT_LT(s.rms, 0.03);
   EXPECT_GE(s.worst, s.rms);

@@ -114,7 +114,8 @@ TEST(Optimize, EveryComponentKeepsItsFirstPose) {
     both.edges.push_back(e);
   }
   PoseGraph alone = other;
-  const double sum = optimize(g, kExactOptions).final_chi2 + optimize(alone, kExactOptions).final_chi2;
+  const double sum =
+      optimize(g, kExactOptions).final_chi2 + optimize(alone, kExactOptions).final_chi2;
   EXPECT_NEAR(optimize(both, kExactOptions).final_chi2, sum, 1e-9 * sum);
   EXPECT_EQ(both.poses[12], other.poses[0]);
   EXPECT_LT(largest_difference(std::span(both.poses).subspan(12), alone.poses), 1e-7);
@@ -125,7 +126,8 @@ TEST(Optimize, TwiceTheSameEdgeIsTwiceTheInformation) {
   PoseGraph strong = twice;
   twice.edges.push_back(twice.edges[16]);
   strong.edges[16].information *= 2;
-  const double a = optimize(twice, kExactOptions).final_chi2, b = optimize(strong, kExactOptions).final_chi2;
+  const double a = optimize(twice, kExactOptions).final_chi2,
+               b = optimize(strong, kExactOptions).final_chi2;
   EXPECT_NEAR(a, b, 1e-9 * a);
   EXPECT_LT(largest_difference(twice.poses, strong.poses), 1e-7);
 }
@@ -150,7 +152,8 @@ TEST(Optimize, EdgeWithoutInformationIsHarmlessIfAnotherHoldsThePose) {
   PoseGraph g = random_graph(6, 10, 6, 0.1).graph;
   PoseGraph same = g;
   g.edges.push_back({2, 7, {50, 50, 1}, Mat3::Zero(), false});
-  EXPECT_NEAR(optimize(g, kExactOptions).final_chi2, optimize(same, kExactOptions).final_chi2, 1e-9);
+  EXPECT_NEAR(optimize(g, kExactOptions).final_chi2, optimize(same, kExactOptions).final_chi2,
+              1e-9);
 }
 
 TEST(Optimize, PoseHeldByNothingStaysFinite) {

@@ -25,7 +25,8 @@ struct SlipLog {
 
 // Wheels at 20 Hz, laser at 10 Hz, with the usual noise. Around a disturbance the wheels roll as
 // told: 0.6 m/s ahead in a slip, not at all in a push.
-SlipLog drive(std::uint64_t seed, double seconds, const std::vector<Disturbance>& disturbances = {}) {
+SlipLog drive(std::uint64_t seed, double seconds,
+              const std::vector<Disturbance>& disturbances = {}) {
   const StepNoise usual;
   RandomStream random(seed);
   SlipLog log;

@@ -12,9 +12,7 @@
 namespace majak::motion {
 namespace {
 
-Vec3 any_twist(RandomStream& r) {
-  return {r.uniform(-1, 1), r.uniform(-1, 1), r.uniform(-2, 2)};
-}
+Vec3 any_twist(RandomStream& r) { return {r.uniform(-1, 1), r.uniform(-1, 1), r.uniform(-2, 2)}; }
 
 TEST(WheelMatrix, ThreeOmniWheelsAreTheClosedForm) {
   RandomStream r(1);
