@@ -76,3 +76,17 @@ set(MAJAK_TOGETHER_test_localize
   "beacons_test dead_reckoning_test find_and_track_test floor_colour_test gps_pieces_test markov_test"
   "kalman_beacons_test place_test pose_bins_test scan_feed_test tracking_errors_test"
   "kalman_test plausibility_test")
+set(MAJAK_TOGETHER_majak_beacon
+  "association fix local_frame nmea pseudorange reflectors"
+  "resection trunks")
+set(MAJAK_TOGETHER_majak_graph
+  "block_cholesky block_structure dense_kernels initialize marginals normal_equations"
+  "optimize pose_graph")
+set(MAJAK_TOGETHER_test_beacon
+  "local_frame_test nmea_test pseudorange_test reflectors_test simulated_reflectors_test triangulation_test"
+  "resection_test trilateration_test trunks_test")
+set(MAJAK_TOGETHER_test_filter
+  "histogram_test landmark_filter_test resampling_test scalar_kalman_test"
+  "pose_filter_test pose_histogram_test")
+set(MAJAK_TOGETHER_test_methods
+  "car_test kalman_with_laser_test mappers_test markov_row_test methods_test")
