@@ -144,7 +144,14 @@ const particles = page.count["/particles"];
 await until("more particles", () => page.count["/particles"] > particles + 2);
 await page.done({ do: "stop_localizing" });
 await until("the run again", () => page.json["/run"].state === "finished" && page.json["/run"].begin === begin);
-await page.done({ do: "edit", edit: { kind: "erase", points: [[0, 0], [0.5, 0], [0.5, 0.5]] } });
+// What is erased goes from the scans that the page has; undone, it comes back.
+let told = -1;
+for (; told !== page.count["/scan"]; await sleep(500)) told = page.count["/scan"];
+await page.done({ do: "edit", edit: { kind: "erase", points: [[-50, -50], [50, -50], [50, 50], [-50, 50]] } });
+const erased = (await until("erased scans", () => page.count["/scan"] > told && page.count["/scan"])) - told;
+await page.done({ do: "undo" });
+await until("the scans as they were", () => page.count["/scan"] === told + 2 * erased);
+await page.done({ do: "redo" });
 const written = statSync("run/map.png").mtimeMs;
 assert.equal((await ended(program, "SIGINT")).code, 0);
 assert.ok(statSync("run/map.png").mtimeMs > written, "the run's files are older than its corrections");
