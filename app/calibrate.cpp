@@ -155,10 +155,9 @@ Json to_json(const CalibrateOptions& o, const Found& all) {
 }
 
 Found calibrate(const CalibrateOptions& o) {
-  const int hardware = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   slam::GraphSlamOptions options;
   options.chain.drive.wheelbase = o.calibration.wheelbase;
-  slam::GraphSlam slam(options, {o.threads > 0 ? o.threads : hardware});
+  slam::GraphSlam slam(options, {thread_count(o.threads)});
   motion::DriveLog drive;
   const auto source = io::open_log(o.log, o.source);
   Progress progress;

@@ -177,8 +177,7 @@ void run_compare_mapping(MappingCompareCommand& o) {
   methods::describe(fields, input.options);
   if (!o.options_file.empty()) io::apply_options_file(fields, o.options_file);
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
-  const int hardware = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  input.threads = {o.threads > 0 ? o.threads : hardware};
+  input.threads = {thread_count(o.threads)};
   choose(o.methods, input);
   eval::MappingPlan plan;
   if (!o.log.empty()) plan.seeds = 5, plan.few = 2;  // a real log is long

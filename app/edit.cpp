@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "app/named_rooms.hpp"
+#include "app/progress.hpp"
 #include "app/results.hpp"
 #include "app/scan_pair.hpp"
 #include "majak/core/error.hpp"
@@ -133,9 +134,8 @@ void run_edit(const EditCommand& o) {
   if (site.edits != before) {
     const RunOptions options = options_of(site);
     if (switched_off(site) != off_before) {
-      const int hardware = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-      site = slam::reoptimised(std::move(site), options.mapping.graph_slam,
-                               {o.threads > 0 ? o.threads : hardware});
+      site =
+          slam::reoptimised(std::move(site), options.mapping.graph_slam, {thread_count(o.threads)});
       stopwatch.lap("reoptimise");
     }
     const fs::path folder = fs::absolute(file).parent_path();

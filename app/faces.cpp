@@ -124,8 +124,7 @@ void run_faces(FacesCommand& o) {
   describe(fields, o.options);
   describe(fields, o.second);
   for (const std::string& assignment : o.set) io::apply_option(fields, assignment);
-  const int hardware = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  o.options.threads = {o.threads > 0 ? o.threads : hardware};
+  o.options.threads = {thread_count(o.threads)};
   const Site site = site_of(o);
   o.options.labels = io::read_labels(labels_path(o.run));
   if (!o.known.empty()) o.options.known_walls = known_walls(o.known, o.options.segments.min_scans);

@@ -175,8 +175,7 @@ void print_result(const MapOptions& o, const Site& site,
 void run_map(MapOptions& o) {
   read_options(o);
   if (o.output.empty()) o.output = results_folder(o.log, "-map");
-  const int hardware = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  const Threads threads{o.threads > 0 ? o.threads : hardware};
+  const Threads threads{thread_count(o.threads)};
   std::unique_ptr<Viewer> viewer;
   if (o.view) viewer = std::make_unique<Viewer>(o.viewer);
   Stopwatch stopwatch;

@@ -16,6 +16,8 @@ namespace majak::app {
 double cpu_seconds();
 /// MB of memory that this program holds now; 0 where the system does not say.
 double resident_megabytes();
+/// Threads to work with: `wanted`, or one a core for 0.
+int thread_count(int wanted);
 
 class Progress {
  public:

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "app/map.hpp"
+#include "app/progress.hpp"
 #include "app/run_view.hpp"
 #include "app/viewer.hpp"
 #include "majak/io/site_file.hpp"
@@ -40,8 +41,7 @@ void run_view(const std::string& target, const ViewerOptions& options) {
   if (file.extension() != ".majak") return map_on_page(target, options);
   Site kept = io::read_site_to_edit(file);
   Viewer viewer(options);
-  const int hardware = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  const RunView view(viewer, std::move(kept), fs::absolute(file).parent_path(), {hardware});
+  const RunView view(viewer, std::move(kept), fs::absolute(file).parent_path(), {thread_count(0)});
   viewer.wait();
 }
 
